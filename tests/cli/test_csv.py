@@ -103,4 +103,4 @@ def test_bad_input(wucht: Command, refused: Callable[..., str], study: Study) ->
     refused("export", "empty", "--csv", says=("empty/result.nc", "no such file"))
     wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json")
     refused("export", "out", "--csv", "-o", "study.toml", says=("-o", "study.toml"))
-    refused("export", "out", says=("out/result.nc: run-up", "cannot be exported"))
+    refused("export", "out", says=("out/result.nc: run-up", "cannot be exported", "wucht export out --csv, or --xlsx"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -33,6 +34,10 @@ def export(
         tables += [save_xlsx(dataset, prepare_folder(folder))] if xlsx else []
         lines = list(map(str, tables)) if csv or xlsx else export_files(dataset, folder)
     except InputError as error:
+        if error.code == "not-exported":
+            command = shlex.join(["wucht", "export", str(result)])
+            explanation = f"{error.explanation}. Its tables and numbers: {command} --csv, or --xlsx"
+            error = InputError(error.location, None, explanation, code=error.code)
         raise error if error.location.startswith("-") else error.with_file(file) from None
     for line in lines:
         typer.echo(line)

@@ -349,7 +349,8 @@ def export(result: xr.Dataset, folder: Path | str) -> list[str]:
     with _study_of_result(result) as study:
         if not study.exports:
             kinds = " and ".join(kind for kind, candidate in studies().items() if candidate.exports)
-            raise InputError(study.kind, None, f"results of this study cannot be exported; those of {kinds} can")
+            explanation = f"results of this study cannot be exported to files of a workshop; those of {kinds} can"
+            raise InputError(study.kind, None, explanation, code="not-exported")
         lines: list[str] = study.export(result, Path(folder))
     return lines
 

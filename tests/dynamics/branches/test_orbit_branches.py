@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
@@ -14,12 +15,10 @@ import sympy as sp
 import wucht
 from wucht.dynamics.branches import bifurcation_diagram, orbit_branches, orbit_diagram
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings, follow_branches
-from wucht.dynamics.branches.first_orbits import cycles_of
 from wucht.dynamics.branches.orbit_branches import PeriodicBranch, StoredOrbit
 from wucht.dynamics.branches.orbit_diagram import (
     OrbitCase,
     OrbitFindings,
-    ReportedOrbit,
     follow_orbits,
     orbits_beside,
     reported_orbit,
@@ -167,7 +166,7 @@ def test_steady_states_that_are_refused() -> None:
 def test_orbits_that_cannot_be_reported_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
     case, (branch,) = case_of(), followed().branches
     last = [o for o in branch.stored_orbits if not o.kind]
-    with pytest.raises(RunError, match="neither Newton's method nor the branch leads to it"):
+    with pytest.raises(RunError, match="the branch does not lead to it"):
         reported_orbit(case.problem, branch.seed, [last[0]], -0.5)
     monkeypatch.setattr(orbit_diagram, "reported_orbit", lambda *_: "not there")
     *_, findings = follow_orbits(case, Work())
@@ -185,34 +184,43 @@ def kept_at(p: float) -> StoredOrbit:
 
 
 @pytest.mark.parametrize(("begin", "value"), [(0.4, -0.1), (-0.1, 0.4)])
-def test_an_orbit_to_which_only_the_branch_leads(monkeypatch: pytest.MonkeyPatch, begin: float, value: float) -> None:
-    """Newton's method fails; upwards or downwards it is followed to the very value, not beyond a fold."""
-    case, (branch,) = case_of(), followed().branches
-    cycles = cycles_of(case.problem, branch.seed.winding, branch.seed.scale, 2 * branch.seed.longest)
-    corrected = orbit_diagram._solve_by_newton
+def test_an_orbit_far_from_the_one_beside_it(begin: float, value: float) -> None:
+    """Upwards or downwards the branch leads to the very value; below the fold, at -0.25, there is none."""
+    problem, (branch,) = case_of().problem, followed().branches
+    orbit = reported_orbit(problem, branch.seed, [kept_at(begin)], value)
+    assert orbit.value == value
+    assert orbit.period == pytest.approx(2 * np.pi / (1 + square(value, 1)), rel=1e-9)
+    with pytest.raises(RunError, match="the branch does not lead to it"):
+        reported_orbit(problem, branch.seed, [kept_at(begin)], -0.3)
 
-    def fails(of: Any, orbit: StoredOrbit, at: float) -> Any:
-        if at == value:
-            raise RunError("too far")
-        return corrected(of, orbit, at)
 
-    monkeypatch.setattr(orbit_diagram, "_solve_by_newton", fails)
-    there = orbit_diagram._orbit_at(cycles, [kept_at(begin)], value)
-    assert there.parameter == value
-    assert there.period == pytest.approx(2 * np.pi / (1 + square(value, 1)), rel=1e-7)
-    with pytest.raises(RunError, match="it lies beyond a fold"):
-        orbit_diagram._follow_to_value(cycles, kept_at(begin), -0.3)
+@pytest.mark.parametrize("value", [-0.2499999, -0.2499, -0.245, -0.01, -0.001])
+def test_both_orbits_beside_a_fold_and_a_hopf_point(value: float) -> None:
+    """Each side once, as near as 1e-7 to the fold at -0.25, where Newton's method leads to either; 0 is the Hopf point."""
+    case = replace(case_of(), values=(value,))
+    *_, findings = follow_orbits(case, Work())
+    orbits = sorted((o for _, o in findings.orbits if not o.kind), key=lambda o: o.high)
+    assert findings.omissions == () and [o.value for o in orbits] == [value, value]
+    for orbit, side in zip(orbits, (-1, 1), strict=True):
+        assert orbit.high == pytest.approx(square(value, side) ** 0.5, abs=1e-9)
+        assert orbit.period == pytest.approx(2 * np.pi / (1 + square(value, side)), rel=1e-9)
 
 
 def test_orbits_beside_a_value_the_nearest_first() -> None:
-    a, b, c = (SimpleNamespace(value=v) for v in (0.0, 1.0, 0.4))
-    row: Any = [a, b, c]
+    """Special ones are no beginning: the next one is, but for that beyond a fold."""
+
+    def orbits(*values: float, kinds: Sequence[str]) -> Any:
+        return [SimpleNamespace(value=v, kind=kind) for v, kind in zip(values, kinds, strict=True)]
+
+    a, b, c = row = orbits(0.0, 1.0, 0.4, kinds=("", "", ""))
     assert (
         orbits_beside(row, 0.8) == [(b, a), (b, c)]
         and orbits_beside(row, 0.3) == [(a, b)]
         and orbits_beside(row, 1.0) == [(b,)]
     )
-    assert isinstance(reported_orbit(case_of().problem, followed().branches[0].seed, [kept_at(0.3)], 0.31), ReportedOrbit)
+    a, _, b, _, c = row = orbits(0.0, 0.5, 0.9, 1.0, 0.4, kinds=("", "torus", "", "fold", ""))
+    assert orbits_beside(row, 0.2) == orbits_beside(row, 0.3) == [(a, b)]
+    assert orbits_beside(row, 0.95) == [(b,), (c,)]
 
 
 @pytest.mark.parametrize(("ratio", "count"), [(1.0, 1), (1 + 1e-5, 2)])
@@ -259,34 +267,6 @@ def test_curves_that_are_not_followed_are_said(monkeypatch: pytest.MonkeyPatch) 
     (sentence,) = stages[-1].omissions
     assert sentence.startswith("the hopf at p = ") and sentence.endswith(" is not followed as s changes: no curve")
     assert stages[-1].curves == ()
-
-
-def test_the_peak_of_a_curve_between_its_samples() -> None:
-    """Of 5 - 2 (t - 0.3)^2 by a parabola; of a cosine whose first sample is its last, too; NaN where one is unknown."""
-    uneven = np.array([-1.0, 0.1, 0.5, 2.0])
-    assert orbit_branches.peak(uneven, 5 - 2 * (uneven - 0.3) ** 2) == pytest.approx(5.0)
-    turn = np.linspace(0.0, 2 * np.pi, 41)
-    for late in (0.05, -0.05):
-        assert orbit_branches.peak(turn, np.cos(turn - late)) == pytest.approx(1.0, abs=1e-5)
-    assert orbit_branches.peak(turn, np.full(41, 3.0)) == 3.0
-    assert np.isnan(orbit_branches.peak(turn, np.append(np.cos(turn[:-1]), np.nan)))
-
-
-def test_the_numbers_of_an_orbit() -> None:
-    """The ordinate 10 + 3 cos, its mean over the period; the amplitude 2 - sin; both ranges by parabolas."""
-    tau = np.linspace(0.0, 1.0, 61)
-    ordinate, amplitude = 10 + 3 * np.cos(2 * np.pi * tau), 2 - np.sin(2 * np.pi * tau)
-
-    def observables(states: Any, value: float) -> np.ndarray:
-        assert (states, value) == ("states", 0.25)
-        return np.array([ordinate, amplitude])
-
-    cycle: Any = SimpleNamespace(
-        states="states", parameter=0.25, period=4.0, tau=tau, is_trusted=True, product_error=-1e-3, unstable=2,
-        integral=lambda values: 4.0 * float(np.trapezoid(values, tau)),
-    )  # fmt: skip
-    found = orbit_branches._numbers(SimpleNamespace(observables=observables), cycle)  # type: ignore[arg-type]
-    assert found == pytest.approx([0.25, 4.0, 10.0, 7.0, 13.0, 1.0, 3.0, 1.0, 1e-3, 2.0], abs=1e-5)
 
 
 def test_a_whole_branch_has_its_first_orbit_once() -> None:

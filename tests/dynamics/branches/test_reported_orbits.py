@@ -75,12 +75,13 @@ def test_exponents_are_logarithms_over_the_period_the_largest_first(monkeypatch:
 def test_by_default_the_middles_of_tenths_are_reported() -> None:
     """And special orbits, in order."""
     regular = [SimpleNamespace(value=v, kind="") for v in (0.0, 10.0)]
-    fold = SimpleNamespace(value=4.9, kind="fold")
-    branch: Any = SimpleNamespace(whole_array=lambda name: np.array([10.0, 0.0, 4.0]), stored_orbits=[*regular, fold])
+    torus = SimpleNamespace(value=4.9, kind="torus")
+    stored_orbits = [regular[0], torus, regular[1]]
+    branch: Any = SimpleNamespace(whole_array=lambda name: np.array([10.0, 0.0, 4.0]), stored_orbits=stored_orbits)
     case: Any = SimpleNamespace(values=None)
     targets = _values_to_report(case, branch)
     assert [value for value, _ in targets] == pytest.approx([0.5, 1.5, 2.5, 3.5, 4.5, 4.9, 5.5, 6.5, 7.5, 8.5, 9.5])
-    assert targets[5][1] == (fold,) and targets[6][1] == (regular[1], regular[0])
+    assert targets[5][1] == (torus,) and targets[6][1] == (regular[1], regular[0])
     assert [value for value, _ in _values_to_report(SimpleNamespace(values=(3.0,)), branch)] == [3.0, 4.9]  # type: ignore[arg-type]
 
 

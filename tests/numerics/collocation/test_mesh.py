@@ -106,3 +106,17 @@ def test_a_mesh_of_samples_is_finer_where_they_change_faster() -> None:
         assert values[:, 0] == pytest.approx(1e-3 * np.tanh(40 * (4 * mesh.nodes - 1) / 4), abs=1e-8)
     still, _ = mesh_from_samples(times, np.ones((1, 401)), np.ones(1), 4)
     assert np.diff(still.edges) == pytest.approx(np.full(still.intervals, 1 / still.intervals))
+
+
+@pytest.mark.parametrize("degree", [2, 4, 6])
+def test_stationary_places_of_piecewise_polynomials(degree: int) -> None:
+    """Of sin(6 pi t): (k + 1/2)/6; of a peak of width 1e-4, which the mesh resolves: its top, however narrow it is."""
+    mesh = Mesh.even(60, degree)
+    places = mesh.stationary_places(np.sin(6 * np.pi * mesh.nodes))
+    assert places == pytest.approx((np.arange(6) + 0.5) / 6, abs=10.0 ** -(degree + 1))
+    top, width = 0.123456789, 1e-4
+    narrow = Mesh(np.concatenate([[0.0], top + width * np.linspace(-5, 5, 60), [1.0]]), degree)
+    places = narrow.stationary_places(np.exp(-(((narrow.nodes - top) / width) ** 2)))
+    assert places[np.abs(places - top) < width] == pytest.approx([top], abs=1e-2 * width)
+    assert len(mesh.stationary_places(3.0 * mesh.nodes)) == 0
+    assert len(mesh.stationary_places(np.full(len(mesh.nodes), np.nan))) == 0

@@ -71,6 +71,33 @@ def test_folds_end_at_the_generalised_hopf_point_and_are_not_retraced() -> None:
     assert -1e-6 < second.min() < 0.05 and second.max() == 0.9
 
 
+@pytest.mark.parametrize("name", [None, "p", "q"])
+def test_an_orbit_of_a_curve_leads_back_to_its_branch(name: str | None) -> None:
+    """Through a fold p = -q^2/4 both ways: orbits r^2 = q/2 +- sqrt(q^2/4 + p), by their periods 2 pi/(speed + r^2/4)."""
+    fixed = {"speed": 2.0}
+    cycles = Cycles.of(BAUTIN, "p", fixed | {"q": 0.5}, (-0.6, 0.9))
+    samples = placed(PLANE, {s: math.sqrt(0.5) * v for s, v in WAVE.items()})
+    first = cycle_near(cycles, 2 * math.pi / 2.125 * TAU, samples, 0.0)
+    fold = next(p for start in (first, cycles.backwards(first)) for p in cycles.walk(start) if p.kind == "fold")
+    followed = CycleCurve.of("fold", BAUTIN, ("p", "q"), fixed, ((-0.3, 0.3), (0.2, 0.8)))
+    *_, on_curve = zip(followed.walk(followed.start(fold, 0.5)), range(3), strict=False)
+    orbit = on_curve[0]
+    branches, begin = followed.branch_through(orbit, name)
+    assert branches.bounds == ((0.2, 0.8) if name == "q" else (-0.3, 0.3))
+    assert begin.parameter == pytest.approx(orbit.parameter_values[name == "q"], abs=1e-9)
+    assert begin.period == pytest.approx(orbit.period, rel=1e-9) and begin.point.tangent[-1] == pytest.approx(0.0, abs=1e-6)
+    sides = set[int]()
+    for way in (begin, branches.backwards(begin)):
+        for there in list(branches.walk(way))[1:]:
+            p, q = (orbit.parameter_values[0], there.parameter) if name == "q" else (there.parameter, orbit.parameter_values[1])
+            square = 4 * (2 * math.pi / there.period - 2)
+            assert (square - q / 2) ** 2 == pytest.approx(q**2 / 4 + p, abs=1e-7)
+            sides.add(1 if square > q / 2 else -1)
+    assert sides == {1, -1}
+    with rejected("no-parameter", "speed"):
+        followed.branch_through(orbit, "speed")
+
+
 @pytest.mark.slow
 def test_period_doublings_lie_on_their_parabola() -> None:
     samples = placed(SPACE, WAVE | {Z: 0 * TAU, W: 0 * TAU})

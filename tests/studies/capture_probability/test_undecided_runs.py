@@ -1,4 +1,4 @@
-"""A probability whose first runs are all undecided ends with them, and says how long a run must be."""
+"""A value at which no run has a verdict has no probability: the others have theirs, and it says how long a run must be."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ UNIDENTIFIED = OUTCOMES.index(Outcome.UNIDENTIFIED)
 
 
 class Undecided:
-    """Runs without a verdict but for some, at the first value of u; members: how many were made."""
+    """Runs without a verdict but for some, at some values of u; members: how many were made."""
 
-    def __init__(self, decided: int = 0) -> None:
-        self.decided, self.members = decided, 0
+    def __init__(self, decided: int = 0, at: tuple[float, ...] = (1.0,)) -> None:
+        self.decided, self.at, self.members = decided, at, 0
 
     def __call__(self, question: Any, starts: np.ndarray, values: Any, report: Any = None) -> MemberOutcomes:
         outcomes = engine(lambda psi, _: psi > 1.0)(question, starts, values, report)
-        if question.machine.values["u"] == 1.0:
+        if question.machine.values["u"] in self.at:
             outcomes.outcome[: max(0, len(outcomes.outcome) - self.decided)] = UNIDENTIFIED
         self.members += starts.shape[1]
         return outcomes
@@ -49,21 +49,57 @@ def asked(monkeypatch: pytest.MonkeyPatch, runs: Undecided, one_by_one: bool = F
     return ask(CaptureProbability(**ASKED | more), MACHINE)
 
 
+@pytest.mark.parametrize("undecided", [1.0, 2.0, 3.0])
 @pytest.mark.parametrize(("one_by_one", "runs"), [(False, 64), (True, 16)])
-def test_it_ends_with_the_first_runs(monkeypatch: pytest.MonkeyPatch, one_by_one: bool, runs: int) -> None:
-    """All those of the first value; where each takes long, one of each of the 16 replicates."""
-    made = Undecided()
+def test_each_value_is_tried(monkeypatch: pytest.MonkeyPatch, one_by_one: bool, runs: int, undecided: float) -> None:
+    """Those with a verdict have their probability, wherever the one without is: there, where each run takes long, one run of
+    each of the 16 replicates is made."""
+    made = Undecided(at=(undecided,))
     result = asked(monkeypatch, made, one_by_one, until=20.0)
     s = result.wucht.summary
-    assert made.members == s["runs"] == runs
-    assert result.attrs["finished"] == 1 and s["values"] == [1, 3]
+    assert made.members == s["runs"] == 2 * 64 + runs
+    assert result.attrs["finished"] == 1 and s["values"] == [3, 3]
+    whole = asked(monkeypatch, Undecided(at=()), one_by_one)
+    for one, other in zip(s["probability"], whole.wucht.summary["probability"], strict=True):
+        if one["u"] == undecided:
+            assert (one["estimate"], one["low"], one["high"], one["not_identified"]) == (None, 0.0, 1.0, 1.0)
+            assert (one["advice"], one["advised_time"]) == (ADVICE.sentence, 500.0)
+        else:
+            assert one == other and "advice" not in one
     assert (s["advised_time"], s["advice"]) == (500.0, ADVICE.sentence)
-    assert s["sentence"] == f"none of the first {runs} runs, at u = 1, has a verdict: the study has ended with them"
-    (warning,) = [w for w in result.wucht.warnings if "undecided" in w]
-    assert "run at least until 500 s; give a longer study.until than 20, as 500" in warning
-    assert not any("not computed yet" in w for w in result.wucht.warnings)
-    assert f"runs         {runs}" in "\n".join(report(result))
+    assert s["sentence"].endswith("; no probability at 1 of 3 values") and "0 to 100 %" not in s["sentence"]
+    (warning,) = [w for w in result.wucht.warnings if "verdict" in w]
+    assert warning.startswith(f"there is no probability at u = {undecided:g}: no run there has a verdict (the motion is still")
+    assert warning.endswith("; give a longer study.until than 20, as 500")
     assert draw(result).get_axes()
+
+
+@pytest.mark.parametrize(("one_by_one", "runs"), [(False, 3 * 64), (True, 3 * 16)])
+def test_where_no_value_has_a_probability(monkeypatch: pytest.MonkeyPatch, one_by_one: bool, runs: int) -> None:
+    """The answer says so, and how long a run must be; nothing is searched."""
+    made = Undecided(at=(1.0, 2.0, 3.0))
+    result = asked(monkeypatch, made, one_by_one, until=20.0, probability=0.5)
+    s = result.wucht.summary
+    assert made.members == s["runs"] == runs and s["searched"] == 0
+    assert s["sentence"] == f"there is no probability: none of {runs} runs at 3 values of u has a verdict"
+    assert any("at u = 1, 2, 3: no run there" in w and "run at least until 500 s" in w for w in result.wucht.warnings)
+    assert "; fewer at 3 of them" in "\n".join(report(result)) or not one_by_one
+    assert draw(result).get_axes()
+
+
+@pytest.mark.parametrize(
+    ("undecided", "sentence"),
+    [
+        (1.0, "at least 0.5 of the starts end as compensated or passed from u = 1.0"),
+        (3.0, "whether 0.5 is reached is not known"),
+    ],
+)
+def test_a_target_beside_a_value_without_a_probability(
+    monkeypatch: pytest.MonkeyPatch, undecided: float, sentence: str
+) -> None:
+    """Five in six pass: the search comes down to the undecided value; where the last one is, nothing can be said."""
+    result = asked(monkeypatch, Undecided(at=(undecided,)), probability=0.5)
+    assert sentence in result.wucht.summary["sentence"]
 
 
 @pytest.mark.parametrize("decided", [0, 64])
@@ -108,8 +144,17 @@ def test_failed_runs_are_named_by_their_samples(monkeypatch: pytest.MonkeyPatch)
     psi = running.prepare(spec, MACHINE).samples[0, [0, 4, 8]]
     failures = [w for w in result.wucht.warnings if "failed: it is a test" in w]
     assert [f"psi = {x:.6g} failed" in w for x, w in zip(psi, failures, strict=True)] == [True] * 3
-    assert result.wucht.warnings[-1] == "13 more runs failed"
+    assert result.wucht.warnings[-1] == "45 more runs failed"
     assert "; give study.until" in "\n".join(result.wucht.warnings)
+
+
+def test_a_machine_whose_first_value_is_undecided() -> None:
+    """Near u = 5 the bodies are slow: after 600 no start has a verdict, and those at u = 7 have theirs, as without u = 5."""
+    keys = {**ASKED, "points": 2, "until": 600.0}
+    both, alone = (ask(CaptureProbability(**keys | {"range": [low, 7.0]}), MACHINE).wucht.summary for low in (5.0, 6.0))
+    first, second = both["probability"]
+    assert first["estimate"] is None and first["advised_time"] > 600.0
+    assert second == alone["probability"][1] and second["estimate"] > 0.9
 
 
 def test_the_advice_is_that_of_the_run_up() -> None:

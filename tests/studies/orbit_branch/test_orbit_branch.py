@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from tests.refusals import refused
 
 from wucht.errors import InputError, RunError
@@ -289,3 +290,33 @@ def test_families_and_unstable_rest_are_no_steady_states(
     sentence = run(question, own({"parameters": {"k": 1.0}, "states": states})).attrs["sentence"]
     assert reached in sentence
     assert sentence.startswith("the motions are families" if is_family else "no modulated motion was found")
+
+
+def test_a_frequency_response_folds_where_a_multiplier_is_one() -> None:
+    """Softening Duffing oscillator: its folds by shooting; there SciPy's orbit returns, and so does a change of it."""
+    described = {
+        "parameters": {"eta": 0.5, "D": 0.05, "g": -1.0, "w": 0.05},
+        "states": {"x": "v", "v": "w*cos(p) - 2*D*v - x - g*x^3", "p": "eta"}, "angles": ["p"],
+    }  # fmt: skip
+    result = run(OrbitBranch(along="eta", range=(0.8, 1.0), at=0.82, values=(0.88,)), own(described))
+    folds = result.wucht.summary["special_points"]
+    assert [(p["kind"], p["eta"]) for p in folds] == [
+        ("fold", pytest.approx(0.89277921, abs=5e-9)), ("fold", pytest.approx(0.8627056, abs=5e-9)),
+    ]  # fmt: skip
+
+    def rates(t: float, y: np.ndarray, eta: float) -> list[float]:
+        x, v, p, *change = y
+        stiffness = 3 * x**2 - 1
+        by_x, by_v = (change[k : k + 2] for k in (0, 2))
+        return [
+            v, 0.05 * np.cos(p) - 0.1 * v - x + x**3, eta,
+            by_x[1], stiffness * by_x[0] - 0.1 * by_x[1], by_v[1], stiffness * by_v[0] - 0.1 * by_v[1],
+        ]  # fmt: skip
+
+    for k in np.flatnonzero(result.orbit_kind.values == "fold"):
+        eta, start = float(result.orbit_value.values[k]), result.orbit_states.values[k, :, 0]
+        y = solve_ivp(
+            rates, (0.0, 2 * np.pi / eta), [*start, 1.0, 0.0, 0.0, 1.0], args=(eta,), method="DOP853", rtol=1e-11, atol=1e-13
+        ).y
+        assert y[:2, -1] == pytest.approx(start[:2], abs=1e-7)
+        assert np.linalg.eigvals(y[3:, -1].reshape(2, 2)).real.max() == pytest.approx(1.0, abs=1e-5)

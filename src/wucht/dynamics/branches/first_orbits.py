@@ -29,6 +29,7 @@ from wucht.numerics.periodic.hopf_ends import equilibria_of
 from wucht.numerics.recurrence import Recurrence, is_at_rest, recurrence
 from wucht.system import System
 
+LONGEST = 20.0  # times the first period
 _FIRST_SPAN = 30.0  # times the time in which states change as much as they are large
 _GROWS = 30.0  # largest ratio of a run to the one before: near a steady state rates do not indicate the time needed
 _RUNS = 12  # one after another, until the motion has settled
@@ -37,7 +38,6 @@ _REPEATS = 4  # least number of passages, in a run, of an orbit on which no angl
 _LEAST_EXTENT = 1e-3  # relative to a state, and then absolute: smaller changes do not count
 _PERIODS_AGREE = 0.05  # relative: of the run and of the orbit computed by Newton's method
 _SCALES = 5.0  # in how many parts of the range the parameter changes much
-_LONGEST = 20.0  # times the first period
 _STEPS = Steps(most=0.3, turn=0.3, corrections=4, tolerance=1e-8, points=1500)
 _TOLERANCE = 1e-10
 _NEUTRAL = 1e-6  # a disturbance that changes less in a period neither grows nor decays
@@ -141,7 +141,7 @@ def orbit_near(
     span : callable, optional
         State -> least duration of the run from there; by default a multiple of the time in which states change.
     longest : float, optional
-        The period up to which the branch is to be followed; by default ``_LONGEST`` times that of the orbit.
+        The period up to which the branch is to be followed; by default ``LONGEST`` times that of the orbit.
     runs : int
         Largest number of continuations.
     """
@@ -219,7 +219,7 @@ def _first_cycles(
 ) -> Cycles:
     """Return ``cycles_of`` for a first orbit. sizes (n,): typical changes of the states."""
     scale = np.append(sizes, np.ptp(subject.bounds) / _SCALES)
-    return cycles_of(subject, winding, scale, longest or _LONGEST * period)
+    return cycles_of(subject, winding, scale, longest or LONGEST * period)
 
 
 def orbits_of_hopf_points(

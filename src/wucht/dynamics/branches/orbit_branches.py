@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from wucht.dynamics.branches.first_orbits import SeedOrbit, cycles_of
 from wucht.dynamics.branches.orbit_problem import OrbitProblem
-from wucht.errors import RunError
+from wucht.errors import RunError, WuchtError
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.periodic.branch_ends import BranchEnd, branch_end
 from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, Cycle, HiddenPoint
-from wucht.numerics.periodic.cycle_starts import crossing_branch, doubled_branch
+from wucht.numerics.periodic.cycle_starts import crossing_branch, cycle_at, doubled_branch
 from wucht.numerics.periodic.cycles import Cycles
 from wucht.numerics.zeros_and_peaks import values_at_passages
 
@@ -43,9 +43,11 @@ class HalfBranch:
 
     values, periods, mean, low, high (of the ordinate), least, largest (of the amplitude): (N,). logarithms (n-1, N): ln mu by
     collocation. is_trusted (N,): True where these are accurate. product_error (N,): error of their sum.
-    unstable (N,): number of growing disturbances. kinds: "" or that of a special orbit. hidden_points: of an unresolved one,
-    its possible kind and place, else None. stored_orbits: some of the orbits, whole. end: of the branch. offshoots: first
-    orbits of other branches, or sentences why there is none.
+    unstable (N,): number of growing disturbances. excess_error (N,): error of the states between mesh points, by their sizes,
+    where that is larger than required, else 0. kinds: "" or that of a special orbit. hidden_points: of an unresolved one, its
+    possible kind and place, else None. stored_orbits: some of the orbits, whole: the first and the last one, special ones and
+    their neighbours, others in between. end: of the branch. offshoots: first orbits of other branches, or sentences why there
+    is none.
     """
 
     values: np.ndarray
@@ -59,6 +61,7 @@ class HalfBranch:
     is_trusted: np.ndarray
     product_error: np.ndarray
     unstable: np.ndarray
+    excess_error: np.ndarray
     kinds: tuple[str, ...]
     hidden_points: tuple[HiddenPoint | None, ...]
     stored_orbits: tuple[StoredOrbit, ...]
@@ -133,7 +136,7 @@ def half_branch(subject: OrbitProblem, seed: SeedOrbit, onward: bool, switch: bo
     cycles, start = cycles_through(subject, seed)
     walk = cycles.walk(start if onward else cycles.backwards(start))
     numbers, stored_orbits, offshoots, last = (
-        [_numbers(subject, start)],
+        [_numbers(subject, cycles, start)],
         [stored_orbit(start)],
         list[SeedOrbit | str](),
         [start],
@@ -141,27 +144,33 @@ def half_branch(subject: OrbitProblem, seed: SeedOrbit, onward: bool, switch: bo
     logarithms, kinds, hidden_points = [start.logarithms], [""], [start.hidden_point]
     for cycle in walk:
         report(cycle.parameter)
-        numbers.append(_numbers(subject, cycle))
+        numbers.append(_numbers(subject, cycles, cycle))
         logarithms.append(cycle.logarithms)
         kinds.append(cycle.kind)
         hidden_points.append(cycle.hidden_point)
-        has_moved = abs(cycle.parameter - stored_orbits[-1].value) > _STORE_EVERY * subject.width
-        has_grown = not 1 / _STORE_GROWTH < cycle.period / stored_orbits[-1].period < _STORE_GROWTH
-        if has_moved or has_grown or cycle.kind:
+        latest = stored_orbits[-1]
+        has_moved = abs(cycle.parameter - latest.value) > _STORE_EVERY * subject.width
+        has_grown = not 1 / _STORE_GROWTH < cycle.period / latest.period < _STORE_GROWTH
+        if cycle.kind and not latest.kind and latest.value != last[-1].parameter:
+            stored_orbits.append(stored_orbit(last[-1]))
+        if has_moved or has_grown or cycle.kind or latest.kind:
             stored_orbits.append(stored_orbit(cycle))
         if cycle.kind and switch:
             offshoots += _offshoots(cycles, cycle)
         if not cycle.kind:
             last = [*last, cycle][-_LAST:]
+    if not stored_orbits[-1].kind and stored_orbits[-1].value != last[-1].parameter:
+        stored_orbits.append(stored_orbit(last[-1]))
     columns = np.array(numbers).T
     regular = np.array([not kind for kind in kinds])
     end = branch_end(cycles, columns[0, regular], columns[1, regular], last, walk.end)
-    values, periods, mean, low, high, least, largest, is_trusted, product_error, unstable = columns
+    values, periods, mean, low, high, least, largest, is_trusted, product_error, unstable, excess_error = columns
     logarithm_rows = np.array(logarithms).reshape(len(kinds), -1).T
     return HalfBranch(
         values=values, periods=periods, mean=mean, low=low, high=high, least=least, largest=largest, logarithms=logarithm_rows,
-        is_trusted=is_trusted > 0, product_error=product_error, unstable=unstable.astype(int), kinds=tuple(kinds),
-        hidden_points=tuple(hidden_points), stored_orbits=tuple(stored_orbits), end=end, offshoots=tuple(offshoots),
+        is_trusted=is_trusted > 0, product_error=product_error, unstable=unstable.astype(int),
+        excess_error=excess_error, kinds=tuple(kinds), hidden_points=tuple(hidden_points), stored_orbits=tuple(stored_orbits),
+        end=end, offshoots=tuple(offshoots),
     )  # fmt: skip
 
 
@@ -184,31 +193,36 @@ def cycles_through(problem: OrbitProblem, seed: SeedOrbit, *, draws: bool = True
     return cycles, cycles.cycle_from_point(curve, curve.start(unknowns, towards))
 
 
-def _numbers(subject: OrbitProblem, cycle: Cycle) -> list[float]:
+def _numbers(subject: OrbitProblem, cycles: Cycles, cycle: Cycle) -> list[float]:
     """Return value, period, mean and range of the ordinate, range of the amplitude, whether multipliers are known, the error of
-    their product, and the number outside the unit circle."""
-    ordinate, amplitude = subject.observables(cycle.states, cycle.parameter)
-    mean = cycle.integral(ordinate) / cycle.period
-    low, high, least, largest = (side * peak(cycle.tau, side * x) for x in (ordinate, amplitude) for side in (-1, 1))
+    their product, the number outside the unit circle, and the error between mesh points where it is too large."""
+    orbit = _accurate(cycles, cycle)
+    mean = orbit.integral(subject.observables(orbit.states, cycle.parameter)[0]) / orbit.period
+    low, high, least, largest = orbit_extremes(subject, orbit.problem.mesh, orbit.states.T, cycle.parameter)
     multiplier_numbers = float(cycle.is_trusted), abs(cycle.product_error), float(cycle.unstable)
-    return [cycle.parameter, cycle.period, mean, low, high, least, largest, *multiplier_numbers]
+    excess_error = 0.0 if orbit.is_accurate else orbit.error
+    return [cycle.parameter, cycle.period, mean, low, high, least, largest, *multiplier_numbers, excess_error]
 
 
-def peak(times: np.ndarray, values: np.ndarray) -> float:
-    """Return the highest value of a smooth periodic curve (K,), by a parabola through the highest sample and its neighbours."""
-    if np.isnan(values).any():
-        return math.nan
-    k = int(values.argmax())
-    if 0 < k < len(values) - 1:
-        t, x = times[k - 1 : k + 2] - times[k], values[k - 1 : k + 2]
-    else:
-        t, x = np.array([times[-2] - times[-1], 0.0, times[1] - times[0]]), np.array([values[-2], values[k], values[1]])
-    slopes = np.diff(x) / np.diff(t)
-    bend = (slopes[1] - slopes[0]) / (t[2] - t[0])
-    if not bend < 0:
-        return float(x[1])
-    slope = slopes[0] - bend * t[0]  # at the middle one, where t is 0
-    return float(x[1] - slope**2 / (4 * bend))
+def _accurate(cycles: Cycles, cycle: Cycle) -> Cycle:
+    """Return an orbit of a branch on a mesh of its own where that of the orbit before is too coarse."""
+    if not cycle.is_accurate:
+        with suppress(WuchtError):
+            orbit = cycle_at(cycles, cycle, cycle.parameter)
+            return orbit if abs(orbit.period / cycle.period - 1) < _SAME else cycle
+    return cycle
+
+
+def orbit_extremes(subject: OrbitProblem, mesh: Mesh, states: np.ndarray, value: float) -> tuple[float, float, float, float]:
+    """Return the least and largest ordinate, and the same of the amplitude, along an orbit.
+
+    They are reached where the derivative of their polynomials is zero: between samples of a relaxation oscillation there would
+    be whole peaks. states (K, n): at the nodes.
+    """
+    courses = subject.observables(states.T, value)
+    places = np.concatenate([mesh.nodes, *(mesh.stationary_places(course) for course in courses)])
+    ordinate, amplitude = subject.observables(mesh.interpolate(states, places).T, value)
+    return float(ordinate.min()), float(ordinate.max()), float(amplitude.min()), float(amplitude.max())
 
 
 def stored_orbit(cycle: Cycle) -> StoredOrbit:

@@ -5,7 +5,6 @@ The exponents of single orbits are those of integrated variational equations.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -16,7 +15,14 @@ import numpy as np
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase, follow_branches
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.branches.first_orbits import SeedOrbit, SettlingRun, cycles_of, orbit_of_run, orbits_of_hopf_points
-from wucht.dynamics.branches.orbit_branches import HalfBranch, PeriodicBranch, StoredOrbit, half_branch, peak, stored_orbit
+from wucht.dynamics.branches.orbit_branches import (
+    HalfBranch,
+    PeriodicBranch,
+    StoredOrbit,
+    half_branch,
+    orbit_extremes,
+    stored_orbit,
+)
 from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.work import Work, result_or_reason, with_result
@@ -24,8 +30,8 @@ from wucht.errors import InputError, RunError
 from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.numerics.periodic.branch_ends import CLOSED_BRANCH
-from wucht.numerics.periodic.cycle import Cycle
-from wucht.numerics.periodic.cycle_starts import cycle_from_nodes
+from wucht.numerics.periodic.cycle import FOLD, Cycle
+from wucht.numerics.periodic.cycle_starts import cycle_from_nodes, cycles_with
 from wucht.numerics.periodic.cycles import Cycles
 from wucht.numerics.periodic.floquet import integrated_maps, logarithms, transverse_maps
 
@@ -35,8 +41,7 @@ _RUN_SHARES = (0.5, 0.25, 0.75, 0.1, 0.9)  # of the range: where runs search a f
 _SEARCHES = 3  # values at which steady states are searched, besides the ends of the range
 _STEADY, _FIRST, _BRANCHES = 0.15, 0.25, 0.8  # shares of the work at which these are done
 _PLACES = 400  # of a period, at which an orbit is drawn
-_STEPS_THERE = 100  # from a stored orbit
-_FINE = 6000  # of a period, at which its extremes are searched
+_STEPS_THERE, _FIRST_STEP = 100, 0.1  # from a stored orbit, that is near
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,8 +261,7 @@ def _values_to_report(case: OrbitCase, branch: PeriodicBranch) -> list[tuple[flo
     values = branch.whole_array("values")
     inside = np.linspace(values.min(), values.max(), _REPORTS + 1)[:-1] + np.ptp(values) / (2 * _REPORTS)
     chosen_values = case.values if case.values is not None else tuple(inside.tolist())
-    regular = [orbit for orbit in branch.stored_orbits if not orbit.kind]
-    targets = [(value, beside) for value in chosen_values for beside in orbits_beside(regular, value)]
+    targets = [(value, beside) for value in chosen_values for beside in orbits_beside(branch.stored_orbits, value)]
     return sorted([*targets, *((o.value, (o,)) for o in branch.stored_orbits if o.kind)], key=lambda target: target[0])
 
 
@@ -290,11 +294,21 @@ class ReportedOrbit:
 
 
 def orbits_beside(stored_orbits: Sequence[StoredOrbit], value: float) -> list[tuple[StoredOrbit, ...]]:
-    """Return, for each passage of a branch through a value, the orbits beside it, the nearest first."""
+    """Return, for each passage of a branch through a value, the regular orbits on either side of it, the nearest first.
+
+    Beyond a fold beside it there is none: from there the branch leads to its other passage.
+    """
     values = np.array([k.value for k in stored_orbits])
     passages = np.flatnonzero((values[:-1] - value) * (values[1:] - value) < 0).tolist()
-    beside = [sorted((stored_orbits[i], stored_orbits[i + 1]), key=lambda k: abs(k.value - value)) for i in passages]
-    return [*((k,) for k in stored_orbits if k.value == value), *map(tuple, beside)]
+    beside = [(_first_regular(stored_orbits[i::-1]), _first_regular(stored_orbits[i + 1 :])) for i in passages]
+    pairs = [sorted((k for k in pair if k is not None), key=lambda k: abs(k.value - value)) for pair in beside]
+    return [*((k,) for k in stored_orbits if k.value == value and not k.kind), *(tuple(pair) for pair in pairs if pair)]
+
+
+def _first_regular(stored_orbits: Sequence[StoredOrbit]) -> StoredOrbit | None:
+    """Return the first orbit that is not special, None where a fold comes first."""
+    first = next((k for k in stored_orbits if k.kind in ("", FOLD)), None)
+    return None if first is None or first.kind else first
 
 
 def reported_orbit(subject: OrbitProblem, seed: SeedOrbit, beside: Sequence[StoredOrbit], value: float) -> ReportedOrbit:
@@ -303,15 +317,11 @@ def reported_orbit(subject: OrbitProblem, seed: SeedOrbit, beside: Sequence[Stor
     # At a special orbit the equations are singular, and it was located as well as it can be.
     orbit = beside[0] if beside[0].kind else stored_orbit(_orbit_at(cycles, beside, value))
     values, along = _exponents(subject, orbit, value)
-    mesh, fine = orbit.mesh, np.linspace(0.0, 1.0, _FINE)
+    mesh = orbit.mesh
     tau = mesh.spread(_PLACES)
     states = mesh.interpolate(orbit.states, tau).T
     ordinate, amplitude = subject.observables(states, value)
-    low, high, least, largest = (
-        side * peak(fine, side * x)
-        for x in subject.observables(mesh.interpolate(orbit.states, fine).T, value)
-        for side in (-1, 1)
-    )
+    low, high, least, largest = orbit_extremes(subject, mesh, orbit.states, value)
     speed = np.abs(ordinate) if subject.shows_rotor_speed else np.full(_PLACES, np.nan)
     # Multiplied by the first speed, the first angle is 0, too, or nan.
     rotor_angle = np.cumsum([0.0 * speed[0], *((speed[1:] + speed[:-1]) / 2 * np.diff(tau))]) * orbit.period
@@ -328,30 +338,35 @@ def reported_orbit(subject: OrbitProblem, seed: SeedOrbit, beside: Sequence[Stor
 
 
 def _orbit_at(cycles: Cycles, beside: Sequence[StoredOrbit], value: float) -> Cycle:
-    """Compute the orbit at a value by Newton's method from a stored one, else by following the branch from there.
+    """Compute the orbit at a value by following the branch from a stored one: Newton's method alone may lead to another branch.
 
-    Raises ``RunError``.
+    Raises ``RunError``, also where the orbit is not as accurate as those of a branch have to be.
     """
-    for way in (_solve_by_newton, _follow_to_value):
-        for orbit in beside:
-            with suppress(RunError):
-                return way(cycles, orbit, value)
-    raise RunError("neither Newton's method nor the branch leads to it from the orbits beside it")
+    reason = "the branch does not lead to it from the orbits beside it"
+    for orbit in beside:
+        with suppress(RunError):
+            cycle = _solve_by_newton(cycles, _followed_to(cycles, orbit, value), value)
+            if cycle.is_accurate:
+                return cycle
+            reason = f"the finest mesh is too coarse for it: its states are known to {cycle.error:.1g} of their range only"
+    raise RunError(reason)
 
 
 def _solve_by_newton(cycles: Cycles, orbit: StoredOrbit, value: float) -> Cycle:
     return cycle_from_nodes(cycles, orbit.mesh, orbit.states, orbit.period, value)
 
 
-def _follow_to_value(cycles: Cycles, orbit: StoredOrbit, value: float) -> Cycle:
-    start, up = _solve_by_newton(cycles, orbit, orbit.value), value > orbit.value
-    bounds = (-math.inf, value) if up else (value, math.inf)
-    to = replace(cycles, bounds=bounds, steps=replace(cycles.steps, points=_STEPS_THERE))
-    start = replace(start, curve=to.curve(start.problem))
-    *_, last = start, *to.walk(start if (start.point.tangent[-1] > 0) == up else to.backwards(start))
-    if last.parameter != value:
-        raise RunError("it lies beyond a fold")
-    return last
+def _followed_to(cycles: Cycles, orbit: StoredOrbit, value: float) -> StoredOrbit:
+    """Return the first orbit with a value on the branch from another one, towards that value. Raises ``RunError``."""
+    if orbit.value == value:
+        return orbit
+    cycles = replace(cycles, steps=replace(cycles.steps, first=_FIRST_STEP, points=_STEPS_THERE))
+    here, up = _solve_by_newton(cycles, orbit, orbit.value), value > orbit.value
+    for there in cycles.walk(here if (here.point.tangent[-1] > 0) == up else cycles.backwards(here)):
+        for cycle in cycles_with(cycles, (here, there), value):
+            return stored_orbit(cycle)
+        here = there
+    raise RunError("the branch does not lead there")
 
 
 def _exponents(subject: OrbitProblem, orbit: StoredOrbit, value: float) -> tuple[np.ndarray, float]:

@@ -315,6 +315,10 @@ class BoundaryValueProblem:
         """Estimate the error of the solution within each interval (N,), in units of its sizes; far less at mesh points."""
         return self.mesh.error(self.split(unknowns)[0] / self.sizes[: self.n], self.periodic)
 
+    def is_accurate(self, unknowns: np.ndarray) -> bool:
+        """True if a solution is as accurate as required, but for the unevenness with which a mesh is kept."""
+        return bool(self.error(unknowns).max() <= _UNEVEN ** (self.mesh.degree + 1) * self.accuracy)
+
     def to_mesh(self, unknowns: np.ndarray, mesh: Mesh) -> np.ndarray:
         """Interpolate a solution, or a change of it, or several as columns, to another mesh."""
         values = unknowns[: -self.q].reshape(len(self.mesh.nodes), -1)

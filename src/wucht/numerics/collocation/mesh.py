@@ -12,6 +12,9 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from wucht.numerics.zeros_and_peaks import crossings
+
+_PROBES = 3  # times the degree: places of an interval between which the sign of a derivative is compared
 _FLOOR = 0.3  # share of the mean density that every place of a mesh keeps: C. de Boor's safeguard, SIAM 1995 (9.27)
 
 
@@ -140,9 +143,20 @@ class Mesh:
 
     def interpolate(self, values: np.ndarray, places: np.ndarray) -> np.ndarray:
         """Interpolate the nodes' values (N m + 1, n) at places (K,) of [0, 1]: (K, n)."""
+        return self._pieces_at(self.pieces(values), places)
+
+    def _pieces_at(self, pieces: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Evaluate polynomials, by their values at the nodes of each interval (N, m+1, n), at places (K,): (K, n)."""
         index = np.clip(np.searchsorted(self.edges, places, side="right") - 1, 0, self.intervals - 1)
         matrix = self.basis.interpolation_matrix((places - self.edges[index]) / self.lengths[index])
-        return np.asarray((matrix[:, None] @ self.pieces(values)[index])[:, 0])
+        return np.asarray((matrix[:, None] @ pieces[index])[:, 0])
+
+    def stationary_places(self, values: np.ndarray) -> np.ndarray:
+        """Return the places (K,), in order, where the polynomials of the nodes' values (N m + 1,) have a zero derivative."""
+        slopes = (self.basis.node_slopes @ self.pieces(values[:, None])) / self.lengths[:, None, None]
+        count = _PROBES * self.degree
+        probes = self.edges[:-1, None] + self.lengths[:, None] * (np.arange(count) + 0.5) / count
+        return crossings(lambda places: self._pieces_at(slopes, places)[:, 0], probes.ravel())
 
     def slopes(self, values: np.ndarray) -> np.ndarray:
         """Differentiate the polynomials of values (N m + 1, n) at the nodes; on an edge from the right."""

@@ -22,7 +22,8 @@ from wucht.numerics.continuation.equations import CurvePoint
 from wucht.numerics.continuation.special_curves import UNRESOLVED_POINT
 from wucht.numerics.continuation.special_points import locate_zero
 
-_INTERVALS, _MOST_REFINEMENTS = 40, 6
+_INTERVALS = 40
+_ENOUGH_REFINEMENTS, _MOST_REFINEMENTS = 6, 12  # then an accurate solution is enough, on whichever mesh; then any
 _FINE = 20_001
 _EXACT = 1e-10  # Newton's tolerance, where points are located
 _LEAST = 2.0**-8  # share of a step
@@ -60,7 +61,9 @@ class CollocationSolution:
         return self.problem.mesh.interpolate(self.states.T, np.asarray(tau, float)).T
 
 
-def mesh_from_samples(times: np.ndarray, states: np.ndarray, sizes: np.ndarray, degree: int) -> tuple[Mesh, np.ndarray]:
+def mesh_from_samples(
+    times: np.ndarray, states: np.ndarray, sizes: np.ndarray, degree: int, intervals: int = _INTERVALS
+) -> tuple[Mesh, np.ndarray]:
     """Return a mesh that is finer where the states change faster, and their values at its nodes (K', n), by a cubic spline.
 
     times (K,), increasing, states (n, K), sizes (n,): a typical large change of each.
@@ -72,7 +75,7 @@ def mesh_from_samples(times: np.ndarray, states: np.ndarray, sizes: np.ndarray, 
     speed = np.linalg.norm(np.diff(samples(fine), axis=0) / sizes, axis=1)
     # States that do not change at all need an even mesh.
     cumulative_density = np.insert(np.cumsum(speed + (0.5 * speed.mean() or 1.0)), 0, 0.0)
-    mesh = Mesh(np.interp(np.linspace(0.0, cumulative_density[-1], _INTERVALS + 1), cumulative_density, fine), degree)
+    mesh = Mesh(np.interp(np.linspace(0.0, cumulative_density[-1], intervals + 1), cumulative_density, fine), degree)
     return mesh, samples(mesh.nodes)
 
 
@@ -92,7 +95,8 @@ def solve_near(curve: Curve, unknowns: np.ndarray, towards: np.ndarray | None = 
         curve = replace(curve, problem=replace(problem, reference=problem.reference_from(unknowns)))
         point = curve.start(unknowns, towards)
         better = problem.adapt_mesh(point.unknowns)
-        if better.mesh is problem.mesh or refinement == _MOST_REFINEMENTS:
+        is_enough = refinement >= _ENOUGH_REFINEMENTS and problem.is_accurate(point.unknowns)
+        if better.mesh is problem.mesh or is_enough or refinement == _MOST_REFINEMENTS:
             break
         unknowns, towards = problem.to_mesh(np.stack([point.unknowns, towards], axis=1), better.mesh).T
         curve = replace(curve, problem=better)

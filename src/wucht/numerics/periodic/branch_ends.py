@@ -54,7 +54,7 @@ class BranchEnd:
     ----------
     kind : str
         ``"saddle-node-on-orbit"``, ``"saddle-connection"``, ``"hopf"``, ``"range"`` (of the parameter), ``"closed"``,
-        ``"period-limit"`` (reached without a period that grows), ``"not-identified"``.
+        ``"period-limit"`` (of the periods that are followed, reached without a law of growth), ``"not-identified"``.
     parameter : float
         p*: of the equilibrium's fold or Hopf point, or by the law of the period; else of the last orbit.
     error : float
@@ -134,15 +134,19 @@ def _lengthening_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, la
     here, name = last[-1], cycles.equations.parameter_names[-1]
     value, period = here.parameter, here.period
     value_text = f"{significant_value(value, cycles.bounds):.9g}"
+    is_longest = abs(period - cycles.periods[1]) <= _AT_A_BOUND * period
+    if is_longest:
+        reason = f"the period reaches {period:.6g}, up to which orbits are followed"
     grown = growth(values, periods) if period >= _GROWN * periods.min() else None
     by_law = None if grown is None else _end_from_growth(cycles, here, grown, reason)
     if by_law is not None and by_law.kind != NOT_IDENTIFIED:
         return by_law
     if (connection := _unresolved_connection(cycles, values, periods, last)) is not None:
         return connection
-    if by_law is None and abs(period - cycles.periods[1]) <= _AT_A_BOUND * period:
-        sentence = f"at {name} = {value_text} the period passes {period:.6g}, up to which orbits are followed"
-        return BranchEnd(PERIOD_LIMIT, value, math.nan, period, sentence)
+    if is_longest and (grown is None or not _holds(grown)):
+        laws = (None, None) if grown is None else (grown.saddle_node, grown.connection)
+        sentence = f"at {name} = {value_text} {reason}"
+        return BranchEnd(PERIOD_LIMIT, value, math.nan, period, sentence, saddle_node=laws[0], connection=laws[1])
     unknown = BranchEnd(NOT_IDENTIFIED, value, math.nan, period, f"at {name} = {value_text} it is not identified: {reason}")
     return by_law or unknown
 
@@ -150,11 +154,10 @@ def _lengthening_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, la
 def _end_from_growth(cycles: Cycles, here: Cycle, grown: Growth, reason: str) -> BranchEnd:
     """Return the end of a branch whose period grows, by the law of its growth."""
     name, law = cycles.equations.parameter_names[-1], grown.better
-    other_law = grown.connection if law is grown.saddle_node else grown.saddle_node
     make_end = partial(BranchEnd, saddle_node=grown.saddle_node, connection=grown.connection)
     clean = partial(significant_value, bounds=cycles.bounds)
     places, beyond = _slow_places(cycles, here), "the period grows beyond all bounds, as"
-    holds = law.residual < _FITS[law.name] and other_law.residual > _BETTER * law.residual and law.factor > 0
+    holds = _holds(grown)
     if holds and law is grown.saddle_node:
         fold = _fold(cycles, here, places)
         if fold is not None and _agree(fold.parameter, law, here.parameter):
@@ -175,6 +178,12 @@ def _end_from_growth(cycles: Cycles, here: Cycle, grown: Growth, reason: str) ->
     explanation = f"the end is not identified: {diagnosis}{missing} ({reason})"
     sentence = f"near {name} = {clean(here.parameter):.9g} the period grows; {explanation}"
     return make_end(NOT_IDENTIFIED, here.parameter, math.nan, here.period, sentence)
+
+
+def _holds(grown: Growth) -> bool:
+    """True if the better law fits, and the other one by far not as well."""
+    law, residuals = grown.better, (grown.saddle_node.residual, grown.connection.residual)
+    return law.residual < _FITS[law.name] and max(residuals) > _BETTER * law.residual and law.factor > 0
 
 
 def _unresolved_connection(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Sequence[Cycle]) -> BranchEnd | None:

@@ -123,6 +123,11 @@ class Cycle(Orbit):
         """Estimated error of the orbit between mesh points, in units of its sizes."""
         return float(self.problem.error(self.point.unknowns).max())
 
+    @property
+    def is_accurate(self) -> bool:
+        """True if that error is as small as required; it may be larger on the way, on the mesh of the orbit before."""
+        return self.problem.is_accurate(self.point.unknowns)
+
     def point_on(self, mesh: Mesh) -> CurvePoint:
         """Return its point of the curve on another mesh."""
         if self.problem.mesh is mesh:

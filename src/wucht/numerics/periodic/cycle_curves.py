@@ -23,8 +23,8 @@ from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import EquilibriumEquations
 from wucht.numerics.jacobian import variational_system
 from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, FOLD, TORUS, VANISHING_SIZE, Cycle, Orbit, swing
-from wucht.numerics.periodic.cycle_starts import propagated_change
-from wucht.numerics.periodic.cycles import STEPS
+from wucht.numerics.periodic.cycle_starts import cycle_at, propagated_change
+from wucht.numerics.periodic.cycles import STEPS, Cycles
 from wucht.numerics.periodic.periods import PERIOD, refuse_empty, turns_of, with_period_unit
 from wucht.system import System
 
@@ -94,6 +94,10 @@ class CycleCurve:
     steps : Steps
     accuracy : float
         Required between mesh points, in units of scale.
+    system : System
+        Of y alone.
+    fixed_values : mapping
+        Values of its parameters that do not vary.
     """
 
     kind: str
@@ -104,6 +108,8 @@ class CycleCurve:
     periods: tuple[float, float]
     steps: Steps
     accuracy: float
+    system: System
+    fixed_values: Mapping[str, float]
 
     @classmethod
     def of(
@@ -163,7 +169,8 @@ class CycleCurve:
         sizes = dict(scale or {})
         sizes |= {name: 1.0 for name in (PERIOD.name, *varied_names) if name not in sizes}
         equations = EquilibriumEquations.from_system(whole, varied_names, fixed_values, sizes)
-        return cls(kind, equations, n, turns_of(system, winding), bounds, periods, steps or STEPS, accuracy)
+        turns = turns_of(system, winding)
+        return cls(kind, equations, n, turns, bounds, periods, steps or STEPS, accuracy, system, dict(fixed_values))
 
     def start(self, at: Cycle, second: float) -> CurveCycle:
         """Compute the point of the curve at an orbit of this kind, located on a branch in the first parameter.
@@ -202,6 +209,44 @@ class CycleCurve:
     def backwards(self, cycle: CurveCycle) -> CurveCycle:
         """Return the same orbit of the curve followed the other way."""
         return replace(cycle, point=cycle.curve.backwards(cycle.point))
+
+    def branch_through(self, at: CurveCycle, parameter: str | None = None) -> tuple[Cycles, Cycle]:
+        """Compute the branch in one of both parameters that passes through an orbit of the curve, and that orbit on it.
+
+        Parameters
+        ----------
+        at : CurveCycle
+            Of this curve. At a branch point the branch is one of the two that cross there.
+        parameter : str, optional
+            The one that varies along the branch, by default the first; the other one keeps its value at the orbit.
+
+        Returns
+        -------
+        cycles : Cycles
+            Within this curve's bounds, with its steps and its accuracy.
+        first : Cycle
+            For ``cycles.walk``, and the other way ``cycles.backwards``.
+
+        Raises
+        ------
+        WuchtError
+            For a name that is none of both parameters.
+        RunError
+            Where Newton's method does not converge.
+        """
+        names = self.equations.parameter_names[-2:]
+        if parameter not in (None, *names):
+            raise WuchtError(f"{parameter} is none of the parameters of this curve: {', '.join(names)}", code="no-parameter")
+        k = 0 if parameter is None else names.index(parameter)
+        fixed_values = {**self.fixed_values, names[1 - k]: at.parameter_values[1 - k]}
+        sizes = dict(zip(self.equations.state_names[: self.n], self.equations.scale.tolist(), strict=False))
+        cycles = Cycles.of(
+            self.system, names[k], fixed_values, self.bounds[k],
+            winding={name: int(turns) for name, turns in zip(sizes, self.winding, strict=True) if turns},
+            scale={**sizes, names[k]: float(self.equations.scale[k - 2])}, periods=self.periods, steps=self.steps,
+            accuracy=self.accuracy, degree=at.problem.mesh.degree,
+        )  # fmt: skip
+        return cycles, cycle_at(cycles, at, at.parameter_values[k])
 
     def _iterate(self, start: CurveCycle) -> Generator[CurveCycle, None, str]:
         here, walk = start, start.curve.follow(start.point)

@@ -18,6 +18,7 @@ from wucht.numerics.periodic.cycle import Cycle, Orbit
 from wucht.numerics.periodic.cycles import Cycles
 
 _FIRST = 30  # intervals
+_TRIED_INTERVALS = (40, 400)  # on few Newton's method converges from a motion that is no orbit yet, on many from a steep one
 _FEWEST = 4  # samples
 _AT_REST = 1e-3  # of the samples' extent: a smaller motion is an equilibrium
 
@@ -47,11 +48,15 @@ def cycle_near(cycles: Cycles, times: np.ndarray, states: np.ndarray, value: flo
         Where Newton's method does not converge to an orbit near them.
     """
     e, period = cycles.equations, _checked_period(cycles, times, states, value)
-    mesh, y = mesh_from_samples(times, states, e.scale[: e.n], cycles.degree)
-    try:
-        cycle = cycle_from_nodes(cycles, mesh, y, period, value)
-    except RunError as error:
-        raise RunError(f"no periodic orbit was found near these samples: {error}", code="no-convergence") from None
+    for intervals in _TRIED_INTERVALS:
+        mesh, y = mesh_from_samples(times, states, e.scale[: e.n], cycles.degree, intervals)
+        try:
+            cycle = cycle_from_nodes(cycles, mesh, y, period, value)
+            break
+        except RunError as error:
+            reason = str(error)
+    else:
+        raise RunError(f"no periodic orbit was found near these samples: {reason}", code="no-convergence")
     if not _extent(cycle.states, e.scale) > _AT_REST * _extent(np.asarray(states), e.scale):
         raise RunError("no periodic orbit was found near these samples, only an equilibrium")
     return cycle

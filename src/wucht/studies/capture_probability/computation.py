@@ -207,7 +207,7 @@ _OPEN = [OUTCOMES.index(o) for o in OPEN_OUTCOMES]
 @dataclass(frozen=True)
 class ProbabilityPoint:
     """Outcomes of the runs at a value of the parameter. replicate_size: runs of a replicate. counted_outcomes: outcomes that
-    count as inside. is_from_search: true if the search requested the value."""
+    count as inside. is_from_search: true if the search requested the value. advice: where no run has a verdict."""
 
     value: float
     members: MemberOutcomes
@@ -215,6 +215,7 @@ class ProbabilityPoint:
     counted_outcomes: tuple[int, ...]
     confidence: float
     is_from_search: bool = False
+    advice: RunAdvice | None = None
 
     @property
     def inside(self) -> np.ndarray:
@@ -232,6 +233,11 @@ class ProbabilityPoint:
         known_count = len(self.members.outcome) - int(self.open.sum())
         return float(self.inside.sum()) / known_count if known_count else float("nan")
 
+    @property
+    def is_undecided(self) -> bool:
+        """True if no run has a verdict: then the probability may be anything."""
+        return int(self.open.sum()) == len(self.members.outcome)
+
     @cached_property
     def bounds(self) -> ProbabilityBounds:
         """Bounds of the probability."""
@@ -243,17 +249,20 @@ class ProbabilityPoint:
 
 @dataclass(frozen=True)
 class Findings:
-    """Findings so far. points: in the order of their values. indices: of the sensitivity. cross: outcomes of its runs. advice:
-    to a study that has ended after its first runs, as all of them are undecided."""
+    """Findings so far. points: in the order of their values. indices: of the sensitivity. cross: outcomes of its runs."""
 
     points: tuple[ProbabilityPoint, ...] = ()
     indices: Indices | None = None
     cross: MemberOutcomes | None = None
-    advice: RunAdvice | None = None
 
     def with_point(self, point: ProbabilityPoint) -> Findings:
         """Findings with another point."""
         return replace(self, points=tuple(sorted((*self.points, point), key=lambda p: p.value)))
+
+    @property
+    def is_undecided(self) -> bool:
+        """True if there is no value at which a run has a verdict."""
+        return all(p.is_undecided for p in self.points)
 
     @property
     def bounds(self) -> list[ProbabilityBounds]:
@@ -268,22 +277,15 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     part = work.part("values", 0.0, first)
     for k, value in enumerate(plan.grid):
         here = part.part(f"{k}", k / len(plan.grid), (k + 1) / len(plan.grid))
-        beginning = _first_runs(plan, value, here) if k == 0 else None
-        point = (
-            beginning if beginning is not None and _is_undecided(beginning) else _compute_point(plan, value, here, beginning)
-        )
-        findings = findings.with_point(point)
+        findings = findings.with_point(_compute_point(plan, value, here))
         yield findings
-        if k == 0 and _is_undecided(point):
-            yield replace(findings, advice=here.unit("advice", partial(_advice, plan, value)))
-            return
     begin, number = first, 0
     while spec.probability is not None and (next_ := next_sample_value(findings.bounds, spec.probability)) is not None:
         end = (begin + search) / 2  # the number of steps is not known in advance
         point = _compute_point(plan, next_, work.part(f"search/{number}", begin, end).open_ended)
         findings, begin, number = findings.with_point(replace(point, is_from_search=True)), end, number + 1
         yield findings
-    if plan.at is not None and plan.cross is not None:
+    if plan.at is not None and plan.cross is not None and not findings.is_undecided:
         members = _compute_members(plan, plan.at, plan.cross, work.part("sensitivity", search, last))
         inside, open_ = (np.isin(members.outcome, of) for of in (_counted_outcomes(plan), _OPEN))
         of = indices(inside, open_, len(plan.random_quantities), spec.confidence, spec.seed)
@@ -305,39 +307,31 @@ def _counted_outcomes(plan: Plan) -> tuple[int, ...]:
     return tuple(k for k, outcome in enumerate(OUTCOMES) if outcome in plan.spec.outcome)
 
 
-def _first_runs(plan: Plan, value: float, work: Work) -> ProbabilityPoint | None:
-    """Compute one run of each replicate at the first value, where each takes long; None where all are integrated together."""
-    if batching_obstacle(plan.question(value)) is None or plan.replicate_size == 1:
-        return None
-    members = _compute_members(
-        plan, value, plan.samples[:, :: plan.replicate_size], work.part("first", 0.0, 1 / plan.replicate_size)
-    )
-    return ProbabilityPoint(value, members, 1, _counted_outcomes(plan), plan.spec.confidence)
+def _compute_point(plan: Plan, value: float, work: Work) -> ProbabilityPoint:
+    """Compute the outcomes of the runs at a value; where no run has a verdict, with the advice of one of them.
 
-
-def _is_undecided(point: ProbabilityPoint) -> bool:
-    """True if no run has a verdict: then the probability may be anything, and that of other values will hardly be known."""
-    return int(point.open.sum()) == len(point.members.outcome)
+    Where runs are made one by one, and those of the first sample of each replicate have no verdict, no more are made.
+    """
+    size = plan.replicate_size
+    point_of = partial(ProbabilityPoint, value, counted_outcomes=_counted_outcomes(plan), confidence=plan.spec.confidence)
+    if batching_obstacle(plan.question(value)) is None or size == 1:
+        point = point_of(_compute_members(plan, value, plan.samples, work), size)
+    else:
+        first_members = _compute_members(plan, value, plan.samples[:, ::size], work.part("first", 0.0, 1 / size))
+        point = point_of(first_members, 1)
+        if not point.is_undecided:
+            order = np.arange(plan.spec.samples).reshape(REPLICATES, size)
+            rest = order[:, 1:].ravel()
+            rest_members = _compute_members(plan, value, plan.samples[:, rest], work.part("rest", 1 / size, 1.0))
+            places = np.argsort(np.concatenate([order[:, 0], rest]))
+            point = point_of(MemberOutcomes.join([first_members, rest_members]).select(places), size)
+    return replace(point, advice=work.unit("advice", partial(_advice, plan, value))) if point.is_undecided else point
 
 
 def _advice(plan: Plan, value: float) -> RunAdvice:
     """Return the advice of the verdict on the first sample."""
     starts, values = plan.members(value, plan.samples[:, :1])
     return member_advice(plan.question(value), starts[:, 0], {name: float(at[0]) for name, at in values.items()})
-
-
-def _compute_point(plan: Plan, value: float, work: Work, first_runs: ProbabilityPoint | None = None) -> ProbabilityPoint:
-    """Compute the outcomes of the runs at a value. first_runs: those of each replicate that are known already."""
-    if first_runs is None:
-        members = _compute_members(plan, value, plan.samples, work)
-    else:
-        size = plan.replicate_size
-        order = np.arange(plan.spec.samples).reshape(REPLICATES, size)
-        rest = order[:, 1:].ravel()
-        rest_members = _compute_members(plan, value, plan.samples[:, rest], work.part("rest", 1 / size, 1.0))
-        places = np.argsort(np.concatenate([order[:, 0], rest]))
-        members = MemberOutcomes.join([first_runs.members, rest_members]).select(places)
-    return ProbabilityPoint(value, members, plan.replicate_size, _counted_outcomes(plan), plan.spec.confidence)
 
 
 def _compute_members(plan: Plan, value: float, samples: np.ndarray, work: Work) -> MemberOutcomes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-_MOST_FAILURES = 3  # listed individually
+_MOST_FAILURES, _MOST_NAMED = 3, 6  # runs that failed; values without a probability
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
@@ -71,7 +72,7 @@ def _summary_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     search_count, target = sum(p.is_from_search for p in points), spec.probability
     at = smallest_value(findings.bounds, target) if target is not None and _is_complete(plan, findings) else None
     runs = sum(len(p.members.outcome) for p in points) + (0 if findings.cross is None else len(findings.cross.outcome))
-    rows = [{along.path: p.value} | _numbers(p) for p in points]
+    rows, advice = [{along.path: p.value} | _numbers(p) for p in points], _advice(findings)
     parts = {
         along.path: (along.full_name, along.unit),
         "estimate": ("probability", ""),
@@ -79,6 +80,8 @@ def _summary_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
         "high": ("its upper bound", ""),
         "not_identified": ("share of runs without a verdict", ""),
         "fractions": ("shares of the runs by outcome", ""),
+        "advice": ("why no run has a verdict", ""),
+        "advised_time": ("sufficient time of a run", plan.machine.units.time),
     }
     return [
         Quantity("along", along.path, "parameter"),
@@ -100,10 +103,8 @@ def _summary_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
         Quantity("runs", runs, "number of runs"),
         Quantity("values", [len(points) - search_count, len(plan.grid)], "number of computed values, and of all"),
         Quantity("sensitivity", _sensitivity(plan, findings), "shares of the variance of the outcome, by random quantity"),
-        Quantity("advice", findings.advice and findings.advice.sentence, "advice, where the first runs are all undecided"),
-        Quantity(
-            "advised_time", findings.advice and findings.advice.needed_time, "sufficient time of a run", plan.machine.units.time
-        ),
+        Quantity("advice", advice and advice.sentence, "advice, where all runs of a value are undecided"),
+        Quantity("advised_time", advice and advice.needed_time, "sufficient time of a run", plan.machine.units.time),
         Quantity("model", spec.model, "equations"),
         Quantity("integration", plan.way, "method of integration"),
     ]
@@ -117,7 +118,14 @@ def _numbers(point: ProbabilityPoint) -> dict[str, Any]:
         "high": point.bounds.high,
         "not_identified": _open_share(point),
         "fractions": {str(outcome): k / total for outcome, k in counts.items()},
+        **({} if point.advice is None else {"advice": point.advice.sentence, "advised_time": point.advice.needed_time}),
     }
+
+
+def _advice(findings: Findings) -> RunAdvice | None:
+    """Return the advice of the value without a verdict that needs the longest runs; None where there is no such value."""
+    advice = [p.advice for p in findings.points if p.advice is not None]
+    return max(advice, key=lambda a: a.needed_time or 0.0, default=None)
 
 
 def _distribution_in_words(definition: dict[str, Any]) -> str:
@@ -158,27 +166,40 @@ def _sample_word(plan: Plan) -> str:
 def _sentence(plan: Plan, findings: Findings, complete: bool) -> str:
     if not findings.points:
         return ""
-    spec, first, last = plan.spec, findings.points[0], findings.points[-1]
-    if findings.advice is not None:
-        at = _value_in_words(plan, first.value)
-        return f"none of the first {len(first.members.outcome)} runs, at {at}, has a verdict: the study has ended with them"
-    sure, target = f"with {100 * spec.confidence:g} % confidence", spec.probability
-    ends = f"of the {_sample_word(plan)} end as {' or '.join(spec.outcome)}"
-    if target is None or not complete:
-        last_clause = "" if last is first else f", {_share(last)} at {_value_in_words(plan, last.value)}"
-        return f"{sure} {_share(first)} {ends} at {_value_in_words(plan, first.value)}{last_clause}"
-    bounds = findings.bounds
+    if findings.is_undecided:
+        count = sum(len(p.members.outcome) for p in findings.points)
+        values = f"{len(findings.points)} values of {plan.along.sentence_name}"
+        return f"there is no probability: none of {count} runs at {values} has a verdict"
+    if plan.spec.probability is not None and complete:
+        return _target_sentence(plan, findings, plan.spec.probability)
+    known_points = [p for p in findings.points if not p.is_undecided]
+    first, last = known_points[0], known_points[-1]
+    last_clause = "" if last is first else f", {_share(last)} at {_value_in_words(plan, last.value)}"
+    missing = len(findings.points) - len(known_points)
+    unknown = f"; no probability at {missing} of {len(findings.points)} values" if missing else ""
+    return f"{_level(plan)} {_share(first)} {_ends(plan)} at {_value_in_words(plan, first.value)}{last_clause}{unknown}"
+
+
+def _ends(plan: Plan) -> str:
+    return f"of the {_sample_word(plan)} end as {' or '.join(plan.spec.outcome)}"
+
+
+def _target_sentence(plan: Plan, findings: Findings, target: float) -> str:
+    """Say from which value on the target probability is reached, if it is."""
+    bounds, first, last, sure = findings.bounds, findings.points[0], findings.points[-1], _level(plan)
+    if last.is_undecided:
+        return f"whether {target:g} is reached is not known: no run at {_value_in_words(plan, last.value)} has a verdict"
     if (fall := certain_fall(bounds)) is not None:
         before, after = (
             f"{100 * x.low:.3g} to {100 * x.high:.3g} % at {_value_in_words(plan, x.value)}" for x in (fall.before, fall.after)
         )
-        falls = f"the share that ends as {' or '.join(spec.outcome)} falls from {before} to {after}"
+        falls = f"the share that ends as {' or '.join(plan.spec.outcome)} falls from {before} to {after}"
         return f"no smallest {plan.along.sentence_name}: {sure} {falls}"
     reached_value = smallest_value(bounds, target)
     if reached_value is None:
-        return f"{target:g} is not reached up to {_value_in_words(plan, last.value)}: there {sure} {_share(last)} {ends}"
+        return f"{target:g} is not reached up to {_value_in_words(plan, last.value)}: there {sure} {_share(last)} {_ends(plan)}"
     note = ", the lowest computed value" if reached_value == first.value else ""
-    return f"{sure} at least {target:g} {ends} from {_value_in_words(plan, reached_value)} on{note}"
+    return f"{sure} at least {target:g} {_ends(plan)} from {_value_in_words(plan, reached_value)} on{note}"
 
 
 def _share(point: ProbabilityPoint) -> str:
@@ -187,11 +208,13 @@ def _share(point: ProbabilityPoint) -> str:
 
 def _warnings(plan: Plan, findings: Findings) -> list[str]:
     warnings, points = list(plan.warnings), findings.points
-    if findings.advice is not None:
-        return [*warnings, _advice_in_words(plan, findings.advice), *_failure_sentences(plan, findings)]
     if (missing := len(plan.grid) - sum(not p.is_from_search for p in points)) > 0:
         warnings.append(f"{missing} of the {len(plan.grid)} values of {plan.along.sentence_name} are not computed yet")
-    if (unknown := [p for p in points if p.open.any()]) != []:
+    if (undecided_points := [p for p in points if p.is_undecided]) != []:
+        warnings.append(_undecided_in_words(plan, undecided_points, _advice(findings)))
+    if plan.cross is not None and points and findings.is_undecided:
+        warnings.append("the sensitivity is not computed: no run at any value has a verdict")
+    if (unknown := [p for p in points if p.open.any() and not p.is_undecided]) != []:
         worst = max(unknown, key=_open_share)
         longer = "; a longer study.until may identify them" if plan.spec.until is not None else ""
         words = f"up to {percent(_open_share(worst))} of the runs (at {_value_in_words(plan, worst.value)}) have no verdict"
@@ -208,13 +231,16 @@ def _warnings(plan: Plan, findings: Findings) -> list[str]:
     return [*warnings, *_failure_sentences(plan, findings)]
 
 
-def _advice_in_words(plan: Plan, advice: RunAdvice) -> str:
-    """What to change where all first runs are undecided: the advice of one of them."""
-    reason = f"; of the first of them: {advice.sentence}" if advice.sentence else ""
+def _undecided_in_words(plan: Plan, points: Sequence[ProbabilityPoint], advice: RunAdvice | None) -> str:
+    """Name the values at which no run has a verdict, and what to change: the advice of a run that needs the longest time."""
+    values = ", ".join(f"{p.value:.5g}" for p in points[:_MOST_NAMED])
+    more = f" and {len(points) - _MOST_NAMED} more values" if len(points) > _MOST_NAMED else ""
+    places = f"{plan.along.sentence_name} = {values}{more}" + f" {plan.along.unit}".rstrip()
+    reason = f" ({advice.sentence})" if advice is not None and advice.sentence else ""
     remedy = "give study.until" if plan.spec.until is None else f"give a longer study.until than {plan.spec.until:g}"
     unit = f" {plan.machine.units.time}".rstrip()
-    longer = remedy if advice.needed_time is None else f"{remedy}, as {advice.needed_time:g}{unit}"
-    return f"with runs that are all undecided any probability is possible, and no more of them were made{reason}; {longer}"
+    longer = remedy if advice is None or advice.needed_time is None else f"{remedy}, as {advice.needed_time:g}{unit}"
+    return f"there is no probability at {places}: no run there has a verdict{reason}, and any share is possible; {longer}"
 
 
 def _failure_sentences(plan: Plan, findings: Findings) -> list[str]:
@@ -248,10 +274,9 @@ def report(result: xr.Dataset) -> list[str]:
 
 
 def _runs_in_words(s: dict[str, Any], search_clause: str) -> str:
-    values = len(s["probability"])
-    if s["runs"] < s["samples"] or s.get("advice") is not None:
-        return f"{s['runs']}, the first ones at one value"
-    return f"{s['runs']}: {s['samples']} at each of {values} values{search_clause}"
+    values, missing = len(s["probability"]), sum(p["estimate"] is None for p in s["probability"])
+    fewer = f"; fewer at {missing} of them, where none has a verdict" if s["runs"] < s["samples"] * values else ""
+    return f"{s['runs']}: {s['samples']} at each of {values} values{search_clause}{fewer}"
 
 
 def _share_in_words(one: dict[str, Any]) -> str:

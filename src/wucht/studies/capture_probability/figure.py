@@ -25,7 +25,7 @@ def figure(result: xr.Dataset) -> Figure:
     s = result.wucht.summary
     has_indices = s["sensitivity"] is not None and s["sensitivity"]["indices"] is not None
     runs = f"{s['samples']} runs at each value, {s['runs']} in all"
-    if s.get("advice") is not None:
+    if not np.isfinite(result.estimate.values).any():
         runs = leading_clauses(result.attrs["sentence"])
     fig, panels = new_grid(1 + has_indices, result.attrs["title"], runs, columns=1 + has_indices, heights=2.8)
     _draw_probability(panels[0], result, s)

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.dynamics.branches.first_orbits import LONGEST
 from wucht.dynamics.branches.orbit_branches import PeriodicBranch
 from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings, ReportedOrbit
-from wucht.numerics.periodic.branch_ends import CLOSED_BRANCH, BranchEnd, significant_value
+from wucht.numerics.periodic.branch_ends import CLOSED_BRANCH, NOT_IDENTIFIED, PERIOD_LIMIT, BranchEnd, significant_value
 from wucht.results.formatting import formats
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.studies.orbit_branch.computation import Plan
@@ -27,10 +28,12 @@ if TYPE_CHECKING:
 
 
 _PRODUCT = 0.1  # largest error of ln of the multipliers' product without a warning
+_AT_A_LIMIT, _FARTHER = 1e-9, 10.0  # of the longest period: an end there; a longest period that is proposed
 _MOST_LOST = 4  # sentences on branches that could not be followed
 _ENDS = {
     "saddle-node-on-orbit": "a saddle-node on the orbit", "saddle-connection": "a saddle connection", "hopf": "a Hopf point",
-    "range": "the end of the range", "period-limit": "the longest period", "not-identified": "an end that is not identified",
+    "range": "the end of the range", "period-limit": "the longest period that is followed (study.longest)",
+    "not-identified": "an end that is not identified",
 }  # fmt: skip
 
 
@@ -79,12 +82,21 @@ def range_keys(plan: Plan) -> tuple[str, str]:
     return f"min_{ordinate_name(plan)}", f"max_{ordinate_name(plan)}"
 
 
-def _end_entry(plan: Plan, branch: int, end: BranchEnd) -> dict[str, Any]:
+def _advice(plan: Plan, longest: float, end: BranchEnd) -> str:
+    """Return how to follow a branch farther that was left at the longest period; else nothing."""
+    if end.kind not in (PERIOD_LIMIT, NOT_IDENTIFIED) or end.period < (1 - _AT_A_LIMIT) * longest:
+        return ""
+    default = "" if plan.case.settings.longest is not None else f" (by default it is {LONGEST:.0f} times the first period)"
+    farther = float(f"{_FARTHER * longest:.1g}")
+    return f"; study.longest = {farther:g} follows the branch farther{default}"
+
+
+def _end_entry(plan: Plan, branch: int, end: BranchEnd, advice: str = "") -> dict[str, Any]:
     node, connection = end.saddle_node, end.connection
     names = plan.problem.system.state_names
     return entry_with_values({
         "kind": end.kind, "branch": branch, "error": end.error, "period": end.period,
-        "sentence": end.sentence,
+        "sentence": end.sentence + advice,
         "state": dict(zip(names, end.equilibrium.tolist(), strict=True)) if len(end.equilibrium) else None,
         "eigenvalues": _pairs(end.eigenvalues),
         "laws": None if node is None or connection is None else {
@@ -189,10 +201,11 @@ def _table_quantities(plan: Plan, findings: OrbitFindings, ends: list[tuple[int,
         findings.orbits,
         [entry_with_values({"found": t.sentence}, [plan.along.path], [t.value]) for t in findings.runs],
     )
+    end_entries = [_end_entry(plan, k, end, _advice(plan, findings.branches[k].seed.longest, end)) for k, end in ends]
     return [
         *table("orbits", [_orbit_entry(plan, k, one) for k, one in reported_orbits], "orbits", place | motion | orbit_columns),
         *table("special_points", _special_entries(plan, findings), "special orbits", place | motion | hidden),
-        *table("ends", [_end_entry(plan, k, end) for k, end in ends], "ends of the branches", place | end_columns),
+        *table("ends", end_entries, "ends of the branches", place | end_columns),
         *table("branches", _branch_entries(plan, findings), "branches of orbits", branch_columns),
         *table("tried", search_runs, "runs in search of a first orbit", run_columns),
     ]
@@ -252,6 +265,12 @@ def _warnings(plan: Plan, findings: OrbitFindings) -> list[str]:
             f"of {(wrong > _PRODUCT).sum()} orbits the fastest decays are unknown: the product of the multipliers differs from "
             "that which the divergence of the equations demands"
         )
+    excess = np.concatenate([np.empty(0), *(b.whole_array("excess_error") for b in findings.branches)])
+    if excess.any():
+        lines.append(
+            f"{(excess > 0).sum()} orbits change too fast for the finest mesh: between its points their states are known to "
+            f"{excess.max():.1g} of their range only"
+        )
     if len(findings.branches) >= MOST_BRANCHES:
         lines.append(f"more than {MOST_BRANCHES} branches: the others are left out")
     requested_values = plan.case.values if plan.case.values is not None else ()
@@ -307,4 +326,4 @@ def _orbit_line(result: xr.Dataset, o: dict[str, Any], along: str, unit: str) ->
     state = result.attrs["state"]
     low, high = (speed(o[f"{end}_{state or 'speed'}"]) for end in ("min", "max"))
     range_ = f"{state} {low} to {high}".lstrip()
-    return f"  orbit        {along} = {o['value']:.6g}{unit}: {_period(result, o)}, {range_}{growth}"
+    return f"  orbit        {along} = {o['value']:.9g}{unit}: {_period(result, o)}, {range_}{growth}"

@@ -24,6 +24,9 @@ _SeveralValues = Annotated[Values | None, BeforeValidator(_ensure_list)]
 class OrbitBranch(Spec):
     """Modulated motions over a parameter: branches of periodic orbits of the averaged equations, and their ends.
 
+    Of forced equations, with the phase of the forcing as a state, this is the nonlinear frequency response: the amplitude over
+    the frequency, with folds where it jumps.
+
     002, sections 5.2 and 6.2, figures 5.6, 5.7, A.3.
     """
 
@@ -54,7 +57,8 @@ class OrbitBranch(Spec):
         default=None, description="values with orbits and exact exponents; by default ten along each branch"
     )
     longest: SI[float | None] = si("s", "period", default=None, gt=0, help=(
-        "period up to which a branch is followed; by default twenty times that of the first orbit"
+        "period up to which a branch is followed, by default twenty times that of the first orbit; raise it where the "
+        "branch ends at this period"
     ))  # fmt: skip
     switch: TrueOrFalse = Field(
         default=False, description="whether branches from branch points and period doublings are followed"
