@@ -282,7 +282,8 @@ def test_the_lines_of_the_report(result: xr.Dataset) -> None:
     assert told[2].startswith(f"  left out     order 3 ({0.75 * rpm:.3g} rpm, {three} of the speed), which leaves 0.3 %; ")
     assert told[2].endswith(f"; order 6 ({0.25 * rpm:.3g} rpm, {six} of the speed), which leaves 0.4 %")
     assert told[3:7] == [
-        "  acceleration at most 150 rad/s^2; of the original cam 400 rad/s^2; off the law over time by at most 2.292e-11° and 1.146°",
+        "  acceleration at most 150 rad/s^2; of the original cam 400 rad/s^2; off the law over time by at most 2.292e-11° "
+        "and 1.146°",
         "  from points  cam 2e-12, counter 5e-11 of order 1; rounded to 5 decimals of a mm 1e-06",
         "  left if          2 %  off by 1°",
         "  left if      an order of the speed is left out: 50 % (2)",

@@ -176,9 +176,9 @@ def _record_lines(result: xr.Dataset) -> list[tuple[str, str]]:
     s, (speed, _) = result.wucht.summary, formats(result)
     if (record := s["record"]) is None:
         return []
-    explained = ", ".join(f"the {name} cam {_share_text(max(share, 0.0))}" for name, share in record["explained"].items())
-    measured = f"{speed(record['mean_speed'])}, fluctuating by {_share_text(record['fluctuation'])}"
-    return [("record", f"{measured}; of this fluctuation the prediction explains with {explained}")]
+    shares = ", ".join(f"the {name} cam {_share_text(max(share, 0.0))}" for name, share in record["explained"].items())
+    motion = f"{speed(record['mean_speed'])}, fluctuating by {_share_text(record['fluctuation'])}"
+    return [("record", f"{motion}; of this fluctuation the prediction explains with {shares}")]
 
 
 def _spring_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
