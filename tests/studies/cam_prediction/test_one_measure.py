@@ -83,7 +83,7 @@ def write(law: str, more: str = "") -> None:
     Path("cam.toml").write_text(FILE.format(law=law) + more, encoding="utf-8")
 
 
-@pytest.mark.parametrize("law", [FORMULA, TABLE], ids=["formula", "table"])
+@pytest.mark.parametrize("law", [pytest.param(FORMULA, id="formula"), pytest.param(TABLE, id="table", marks=pytest.mark.slow)])
 def test_a_standard_law_is_judged_by_what_is_off_the_law(wucht: Command, law: str) -> None:
     write(law)
     ended = wucht("run", "cam.toml", "-o", "out", "--json", *BRIEF)

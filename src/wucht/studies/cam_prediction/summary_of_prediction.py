@@ -23,7 +23,7 @@ _FLOOR = 1e-9  # residuals below are rounding
 _TWIST_LIMIT = 1e-3  # of order 1: largest acceptable residual behind an elastic shaft
 _UNRESOLVED_LIMIT = 1e-6  # of the mean speed: larger highest orders indicate that further ones are missing
 _DEVIATION_LIMIT = 1e-5  # of the mean speed: prediction and simulation differ
-_EXPLAINED, _SAME_MEAN = 0.5, 0.01  # of a record's fluctuation, and of its mean speed: with less, it is another motion
+_LEAST_SHARE, _SAME_MEAN = 0.5, 0.01  # of a record's fluctuation, and of its mean speed: with less, it is another motion
 
 
 def _predictions(f: Findings) -> dict[str, ShaftPrediction]:
@@ -86,12 +86,12 @@ def _record_group(plan: Plan, f: Findings) -> Quantity:
     description, record = "record of the speed beside the prediction", plan.record
     if record is None:
         return Quantity("record", None, description)
-    explained = {name: _explained_share(record, one.shaft) for name, one in _predictions(f).items()}
+    shares = {name: _explained_share(record, one.shaft) for name, one in _predictions(f).items()}
     numbers = [
         Quantity("mean_speed", record.mean, "mean speed of the record", "rad/s"),
         Quantity("fluctuation", record.fluctuation, "its fluctuation as a share of its mean"),
         Quantity("speed_orders", record.speed.amplitudes.tolist(), "amplitudes of its orders", "rad/s"),
-        Quantity("explained", explained, "share of its fluctuation that the prediction explains, at the phase that fits best"),
+        Quantity("explained", shares, "share of its fluctuation that the prediction explains, at the phase that fits best"),
     ]
     return group("record", numbers, description)
 
@@ -315,14 +315,14 @@ def _record_warnings(s: dict[str, Any]) -> list[str]:
         return []
     (name, share), mean = max(record["explained"].items(), key=lambda one: one[1]), record["mean_speed"]
     prediction = s if name == "original" else s["corrected"]
-    if share >= _EXPLAINED and abs(prediction["mean_speed"] / mean - 1) <= _SAME_MEAN:
+    if share >= _LEAST_SHARE and abs(prediction["mean_speed"] / mean - 1) <= _SAME_MEAN:
         return []
-    measured = (
+    record_clause = (
         f"the record of the speed has a mean of {mean:.4g} rad/s and fluctuates by {_percent_text(record['fluctuation'])}"
     )
-    predicted = f"{prediction['mean_speed']:.4g} rad/s and {_percent_text(prediction['fluctuation'])}"
+    prediction_clause = f"{prediction['mean_speed']:.4g} rad/s and {_percent_text(prediction['fluctuation'])}"
     return [
-        f"{measured}, the prediction with the {name} cam has {predicted}: check the inertias, the drive and the loads of "
+        f"{record_clause}, the prediction with the {name} cam has {prediction_clause}: check the inertias, the drive and the loads of "
         "[shaft], or correct the cam for the measured speed by cam-correction"
     ]
 
