@@ -322,8 +322,8 @@ def _record_warnings(s: dict[str, Any]) -> list[str]:
     )
     prediction_clause = f"{prediction['mean_speed']:.4g} rad/s and {_percent_text(prediction['fluctuation'])}"
     return [
-        f"{record_clause}, the prediction with the {name} cam has {prediction_clause}: check the inertias, the drive and the loads of "
-        "[shaft], or correct the cam for the measured speed by cam-correction"
+        f"{record_clause}, the prediction with the {name} cam has {prediction_clause}: check the inertias, the drive and the "
+        "loads of [shaft], or correct the cam for the measured speed by cam-correction"
     ]
 
 
