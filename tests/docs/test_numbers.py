@@ -35,10 +35,8 @@ def test_the_numbers_of_a_page_are_those_of_the_results(name: str) -> None:
 
 def test_a_number_is_filled_in_with_its_unit_and_its_decimals() -> None:
     """In SI the summary has 0.1158 and 0.0034 m."""
-    page = (
-        f"It swings by <!-- = {CAM} | fluctuation % -->0.0<!-- = --> %, "
-        f"<!-- = {CAM} | position_error.original mm -->9<!-- = --> mm, <!-- = {CAM} | cut_residuals.0 -->0.1e-1<!-- = -->, <!-- = {CAM} | driven -->`none`<!-- = -->."
-    )
+    marks = (("fluctuation %", "0.0"), ("position_error.original mm", "9"), ("cut_residuals.0", "0.1e-1"), ("driven", "`none`"))
+    page = "It swings by " + ", ".join(f"<!-- = {CAM} | {name} -->{text}<!-- = -->" for name, text in marks)
     filled = with_numbers(page)
     assert [n.text for n in numbers_of(filled)] == ["11.6", "3", "7.4e-2", "`drive`"]
     assert with_numbers(filled) == filled and filled.startswith("It swings by <!-- = practice/carton-pusher")

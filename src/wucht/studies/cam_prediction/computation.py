@@ -167,7 +167,7 @@ class Findings:
     twists: Twists | None
 
 
-_CUTS_END, _SIMULATIONS_END = 0.25, 0.95  # of the work, of which the simulations are most
+_CUTS_END, _SIMULATIONS_END = 0.35, 0.95  # of the work, of which the simulations are most
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
