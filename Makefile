@@ -8,7 +8,7 @@ WORKERS ?= 2
 # What is compiled is kept for the next start, whatever the shell says: the tests start many processes.
 PYTEST = PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile
 
-.PHONY: demo test test-slow test-web test-without-heyoka lint docs pictures bench errata clean
+.PHONY: demo test test-slow test-web test-without-heyoka lint docs numbers pictures bench errata clean
 
 $(STAMP): pyproject.toml constraints.txt hatch_build.py $(wildcard src/wucht/web/*.ts src/wucht/web/*.css src/wucht/web/*.json)
 	$(PYTHON) -c 'import sys; sys.exit("wucht needs Python 3.11 or newer; give one: make PYTHON=python3.11 ...") if sys.version_info < (3, 11) else None'
@@ -59,6 +59,9 @@ $(VENV)/.docs: $(STAMP)
 
 docs: $(VENV)/.docs
 	$(BIN)/python -m docs.site --gallery $(GALLERY)
+
+numbers: $(STAMP)  # numbers in pages of docs from the results that state them
+	$(BIN)/python -m docs.site.numbers
 
 pictures: $(STAMP)  # docs/pictures from the gallery, and of the live machine in a browser
 	$(BIN)/python -m docs.site.pictures

@@ -141,7 +141,9 @@ def _command(patch: pytest.MonkeyPatch, printed: Callable[[], tuple[str, str]]) 
     def call(*words: object) -> Completed:
         patch.setattr(sys, "argv", ["wucht", *map(str, words)])
         printed()
-        return Completed(run_app(), *printed())
+        completed = Completed(run_app(), *printed())
+        assert "warning: not written: " not in completed.err, completed.err  # of a figure that fails, a warning is left
+        return completed
 
     return call
 

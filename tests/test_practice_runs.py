@@ -164,6 +164,11 @@ def test_balls_in_thin_oil_hang_in_a_heap_below_the_resonance(ran) -> None:
     result = ran("practice/balls-at-resonance")
     speeds = result.speed.isel(time=slice(-5000, None)).mean("time").values
     assert speeds[1:] == pytest.approx([55.52] * 4, abs=0.05)
+    radius, late = result.radius.values, slice(-5000, None)
+    turn = np.floor(result.angle.values[0, late] / (2 * math.pi)).astype(int)
+    largest = [radius[late][turn == k].max() for k in range(turn[0] + 1, turn[-1])]
+    amplitudes = result.wucht.summary["final_amplitude"], float(result.amplitude[late].mean()), float(np.mean(largest))
+    assert amplitudes == pytest.approx((4.585e-4,) * 3, rel=2e-3), "of the report, of the Dataset, and largest within a turn"
     assert speeds[1] < min(result.wucht.summary["natural_frequencies"].values())
 
 

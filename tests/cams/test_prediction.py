@@ -14,7 +14,7 @@ from scipy.special import ellipe
 from tests.refusals import failed, refused
 
 from wucht.cams import prediction
-from wucht.cams.correction import CorrectedLaw, MotionOverTime, orders, share_above_order
+from wucht.cams.correction import CorrectedLaw, MotionOverTime, Purity, orders, share_above_order
 from wucht.cams.laws.synthesis import equiripple
 from wucht.cams.prediction import CamShaft, _newton, unresolved_share
 from wucht.errors import InputError, RunError
@@ -279,7 +279,7 @@ def cut_and_measured(of, cams):
     """What is left with the original cam, with that corrected for the speed measured with it, and so on."""
     left, cam = [], LAW
     for _ in range(cams):
-        share, measured = of.residual_with_cam(cam, 5)
+        share, measured = of.residual_with_cam(cam, Purity.from_law(LAW, 5))
         left.append(share)
         cam = CorrectedLaw(LAW, measured)
     return left
@@ -314,7 +314,7 @@ def test_cutting_and_measuring_comes_to_the_cam_that_is_found_directly(torque, p
     original, second = cut_and_measured(of, 2)
     assert original == pytest.approx(share_above_order(orders(MotionOverTime(LAW, of.motion_with_cam(LAW))), 5), rel=1e-12)
     assert second < original / 5
-    left, motion = of.residual_with_cam(LAW, 5)
+    left, motion = of.residual_with_cam(LAW, Purity.from_law(LAW, 5))
     assert left == original
     assert motion.speed(TAU) == pytest.approx(of.motion_with_cam(LAW).speed(TAU))
 

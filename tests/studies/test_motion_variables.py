@@ -125,17 +125,17 @@ def swinging(speed: float, natural: dict[str, float], shaken: float | None = Non
     return module._envelope(time, np.abs(np.sin(4 * math.pi * time)), np.full(1601, speed), natural, shaken, None)
 
 
-def test_valleys_within_half_a_turn_are_filled_and_slower_ones_are_not() -> None:
+def test_valleys_within_a_turn_are_filled_and_slower_ones_are_not() -> None:
     inside = slice(200, -200)
-    for speed in (11.0, -11.0):  # half a turn takes 0.29
+    for speed in (22.0, -22.0):  # a turn takes 0.286
         assert swinging(speed, {})[inside].min() == pytest.approx(1.0, abs=1e-4), speed
-    assert swinging(100.0, {})[inside].min() < 0.3, "half a turn takes 0.03"
-    assert swinging(0.0, {"x": 11.0, "r": 0.0})[inside].min() == pytest.approx(1.0, abs=1e-4), "half a free vibration"
-    assert swinging(0.0, {"x": 100.0, "y": 11.0})[inside].min() == pytest.approx(1.0, abs=1e-4), "of the slowest"
-    assert swinging(100.0, {"x": 11.0})[inside].min() < 0.3, "the rotor is faster"
-    for shaken in (11.0, -11.0):
-        assert swinging(100.0, {}, shaken)[inside].min() == pytest.approx(1.0, abs=1e-4), "a period of the vibration"
-    assert swinging(11.0, {}, 100.0)[inside].min() == pytest.approx(1.0, abs=1e-4)
+    assert swinging(200.0, {})[inside].min() < 0.3, "a turn takes 0.03"
+    assert swinging(0.0, {"x": 22.0, "r": 0.0})[inside].min() == pytest.approx(1.0, abs=1e-4), "a free vibration"
+    assert swinging(0.0, {"x": 200.0, "y": 22.0})[inside].min() == pytest.approx(1.0, abs=1e-4), "of the slowest"
+    assert swinging(200.0, {"x": 22.0})[inside].min() < 0.3, "the rotor is faster"
+    for shaken in (22.0, -22.0):
+        assert swinging(200.0, {}, shaken)[inside].min() == pytest.approx(1.0, abs=1e-4), "a period of the vibration"
+    assert swinging(22.0, {}, 200.0)[inside].min() == pytest.approx(1.0, abs=1e-4)
     assert swinging(0.0, {}).min() == 0.0, "at rest nothing is filled"
     rest = module._envelope(np.linspace(0.0, 1.0, 9), np.zeros(9), np.ones(9), {}, None, None)
     assert not rest.any()

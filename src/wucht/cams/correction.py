@@ -87,14 +87,24 @@ def share_above_order(acceleration: FourierSeries, count: int, reference: int = 
     return float(acceleration.amplitudes[count:].max(initial=0.0) / acceleration.amplitudes[reference - 1])
 
 
+@dataclass(frozen=True)
+class Deviation:
+    """How far an output is from its law over time. orders: of its acceleration, see ``Purity.share``. position: the largest
+    distance, in the unit of the output."""
+
+    orders: float
+    position: float
+
+
 @dataclass(frozen=True, eq=False)
 class Purity:
-    """Measure of how far an acceleration is from a clean one.
+    """The measure of all studies of cams: how far an output is from its law over time, by orders and by its position.
 
-    target: the orders of the law's acceleration over omega^2. count: N, the number of its harmonics; None where it is infinite.
-    reference: the order to which shares refer: the first one, or the lowest one present.
+    law: over tau. target: the orders of its acceleration over omega^2. count: N, the number of its harmonics; None where it is
+    infinite. reference: the order to which shares refer: the first one, or the lowest one present.
     """
 
+    law: Law
     target: FourierSeries
     count: int | None
     reference: int
@@ -108,7 +118,18 @@ class Purity:
             raise InputError("law", None, "the output does not move: there is nothing to correct")
         if count is None and present[-1] <= _MOST_ORDERS:
             count = int(present[-1])
-        return cls(target, count, int(present[0]))
+        return cls(law, target, count, int(present[0]))
+
+    @cached_property
+    def stroke(self) -> float:
+        """Stroke of the output, in its unit."""
+        return float(np.ptp(self.law(even_angles(_SAMPLES))))
+
+    @property
+    def name(self) -> str:
+        """What a share is, in words."""
+        of = "largest order above N" if self.count is not None else "largest deviation of an order from the law's"
+        return f"{of} over order {self.reference}"
 
     def share(self, acceleration: FourierSeries) -> float:
         """Return the largest order above N, as a share of the reference; without an N the largest deviation of an order."""
@@ -117,6 +138,15 @@ class Purity:
         n = min(acceleration.count, self.target.count)
         off = np.hypot(acceleration.cosine[:n] - self.target.cosine[:n], acceleration.sine[:n] - self.target.sine[:n])
         return float(off.max() / acceleration.amplitudes[self.reference - 1])
+
+    def deviation(self, motion: Law) -> Deviation:
+        """Return how far a motion of the output over tau is from the law."""
+        tau = even_angles(_SAMPLES)
+        return Deviation(self.share(orders(motion)), float(np.abs(motion(tau) - self.law(tau)).max()))
+
+    def is_clean(self, deviation: Deviation, limit: float) -> bool:
+        """True if neither an order is off by more than a share of the reference nor the position by that of the stroke."""
+        return deviation.orders <= limit and deviation.position <= limit * self.stroke
 
 
 @dataclass(frozen=True)
@@ -186,8 +216,8 @@ def residual_of_extra_order(law: Law, count: int | None, shaft: ShaftMotion, ord
 
 @dataclass(frozen=True, eq=False)
 class AccelerationComparison:
-    """A measured acceleration of the output beside the computed one. measured_orders, computed_orders: of one unit. share: of
-    the measured orders' mean square that the computed ones explain."""
+    """Measured orders, as of the acceleration of the output, beside computed ones of the same unit. share: of the mean square
+    of the measured orders that the computed ones explain."""
 
     measured_orders: FourierSeries
     computed_orders: FourierSeries
@@ -195,8 +225,8 @@ class AccelerationComparison:
 
     @cached_property
     def best_delay(self) -> tuple[float, float]:
-        """Delay in rad of tau, within half a turn, of the measured acceleration after the computed one where they agree best,
-        and the share explained with it."""
+        """Delay in rad of tau, within half a turn, of the measured orders after the computed ones where they agree best, and
+        the share explained with it."""
         m, c = (series.cosine - 1j * series.sine for series in (self.measured_orders, self.computed_orders))
         product = m[: len(c)].conj() * c
         agreement = FourierSeries(0.0, product.real, product.imag)  # over the delay
@@ -221,8 +251,13 @@ def compare_with_measurement(acceleration: FourierSeries, law: Law, shaft: Shaft
         requirement = f"this record holds no orders, it is constant at {acceleration.mean:.4g}: is it the right column?"
         raise InputError("acceleration", None, requirement, code="constant")
     motion_orders, scale = orders(MotionOverTime(law, shaft)), shaft.mean**2
-    count = min(acceleration.count, motion_orders.count)
-    computed_orders = FourierSeries(0.0, scale * motion_orders.cosine[:count], scale * motion_orders.sine[:count])
-    off = np.hypot(acceleration.cosine[:count] - computed_orders.cosine, acceleration.sine[:count] - computed_orders.sine)
-    rest = float((off**2).sum() + (acceleration.amplitudes[count:] ** 2).sum())
-    return AccelerationComparison(acceleration, computed_orders, 1 - rest / total)
+    return compare_orders(acceleration, FourierSeries(0.0, scale * motion_orders.cosine, scale * motion_orders.sine))
+
+
+def compare_orders(measured_orders: FourierSeries, computed_orders: FourierSeries) -> AccelerationComparison:
+    """Compare measured orders, which are not all zero, with computed ones in the same unit; the means do not count."""
+    count = min(measured_orders.count, computed_orders.count)
+    computed_orders = FourierSeries(0.0, computed_orders.cosine[:count], computed_orders.sine[:count])
+    cosine, sine = measured_orders.cosine[:count] - computed_orders.cosine, measured_orders.sine[:count] - computed_orders.sine
+    rest = float((np.hypot(cosine, sine) ** 2).sum() + (measured_orders.amplitudes[count:] ** 2).sum())
+    return AccelerationComparison(measured_orders, computed_orders, 1 - rest / float((measured_orders.amplitudes**2).sum()))

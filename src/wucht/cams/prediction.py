@@ -13,7 +13,7 @@ from functools import partial
 
 import numpy as np
 
-from wucht.cams.correction import MotionOverTime, orders, share_above_order
+from wucht.cams.correction import MotionOverTime, Purity, orders
 from wucht.cams.demands import require_not_negative, require_positive
 from wucht.cams.laws import Law
 from wucht.cams.shaft_motion import ShaftMotion, shaft_motion_over_time
@@ -128,10 +128,10 @@ class CamShaft:
         tau = even_angles(count)
         return np.asarray(self.output_inertia * self.mean_speed**3 * law(tau, 1) * law(tau, 2))
 
-    def residual_with_cam(self, cam: Law, count: int) -> tuple[float, ShaftMotion]:
-        """Return the residual above order N = count with a cam, as a share of order 1, and the motion of the shaft with it."""
+    def residual_with_cam(self, cam: Law, purity: Purity) -> tuple[float, ShaftMotion]:
+        """Return how far the orders of the output are from the law's with a cam, and the motion of the shaft with it."""
         shaft = self.motion_with_cam(cam)
-        return share_above_order(orders(MotionOverTime(cam, shaft)), count), shaft
+        return purity.share(orders(MotionOverTime(cam, shaft))), shaft
 
 
 @dataclass(frozen=True, eq=False)

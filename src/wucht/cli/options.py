@@ -24,6 +24,7 @@ from wucht.plots.page import JOURNAL, PAGES, PRINT
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
 _OUTSIDE = re.compile(r"[^,\[\]{}]+|[,\[\]{}]")  # stretches without a comma or bracket, and those one by one
 
@@ -214,12 +215,13 @@ def unique_formats(formats: Iterable[Format] | None) -> list[Format]:
     return list(dict.fromkeys(formats or [Format.PNG]))
 
 
-def write_figure(
-    result: xr.Dataset, folder: Path, style: Style = DEFAULT_STYLE, formats: Iterable[Format] | None = None
-) -> list[Path]:
-    """Draw the figure of a result and write it into a folder, named after its study. Raises as ``draw`` and ``save_figure``."""
-    from wucht.plots.sheet import save_figure
+def figure_names(kind: str, formats: Iterable[Format] | None = None) -> list[str]:
+    """Names of the files of a study's figure, one for each format."""
+    return [f"{safe_name(kind)}.{ending.value}" for ending in unique_formats(formats)]
+
+
+def draw_on(result: xr.Dataset, style: Style) -> Figure:
+    """Draw the figure of a result on the page of a style. Raises as ``draw``."""
     from wucht.studies.runner import draw
 
-    figure, name = draw(result, PAGES[style.value]), safe_name(str(result.attrs["study"]))
-    return [save_figure(figure, folder / f"{name}.{ending.value}") for ending in unique_formats(formats)]
+    return draw(result, PAGES[style.value])

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from wucht.cli.options import DEFAULT_STYLE, FormatOption, Imports, StyleOption, write_figure
-from wucht.errors import InputError
+from wucht.cli.options import DEFAULT_STYLE, FormatOption, Imports, StyleOption, draw_on, figure_names
+from wucht.errors import InputError, RunError
 
 
 def plot(
@@ -19,15 +19,20 @@ def plot(
     import_: Imports = None,
 ) -> None:
     """Draw the figures of a result again."""
+    from wucht.plots.sheet import save_figure
+    from wucht.results.attempts import reason_of
     from wucht.results.output_folder import load_result, note_figure, result_file
     from wucht.results.store import prepare_folder
 
     dataset, file = load_result(result), result_file(result)
     folder = prepare_folder(out or file.parent)
     try:
-        figures = write_figure(dataset, folder, style, format_)
+        figure = draw_on(dataset, style)
     except InputError as error:
         raise error.with_file(file) from None
-    for figure in figures:
-        note_figure(figure)
-        typer.echo(str(figure))
+    except Exception as error:  # of a study of another package, or a fault of ours
+        raise RunError(f"{file}: its figure cannot be drawn: {reason_of(error)}") from error
+    for name in figure_names(str(dataset.attrs["study"]), format_):
+        path = save_figure(figure, folder / name)
+        note_figure(path)
+        typer.echo(str(path))

@@ -6,11 +6,10 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-import wucht
 from wucht.cli.options import (
     DEFAULT_STYLE,
     DecimalOption,
@@ -19,9 +18,8 @@ from wucht.cli.options import (
     Imports,
     Style,
     StyleOption,
+    figure_names,
     is_decimal_comma,
-    unique_formats,
-    write_figure,
 )
 
 if TYPE_CHECKING:
@@ -80,13 +78,13 @@ def run_and_print(
     study: its name; follow_up: a command that could follow, of the question, its result and its folder; out: the folder, if
     given; decimal_comma: of the CSV files.
     """
+    from wucht.cli.presenting import Presentation
     from wucht.cli.progress import Progress
     from wucht.cli.surroundings import interrupt_check
+    from wucht.results.attempts import is_attempt_warning
     from wucht.results.formatting import units_in_print
-    from wucht.results.output_folder import CHECKSUMS, SUMMARY, checksum
-    from wucht.results.spreadsheets import save_csv
-    from wucht.results.store import RESULT, save_summary, to_json
-    from wucht.studies.runner import report as report_of
+    from wucht.results.output_folder import SUMMARY
+    from wucht.results.store import RESULT, to_json
     from wucht.studies.study_file import run_study
 
     start_time = time.perf_counter()
@@ -98,48 +96,29 @@ def run_and_print(
 
         study_file = read_question()
         folder = out or Path("results") / study_file.name
-        names = [RESULT, *(f"{study_file.spec.kind}.{f.value}" for f in unique_formats(format_)), SUMMARY]
-        document: dict[str, Any] = {}
-
-        def write(result: xr.Dataset, new: Path) -> None:
-            tables = save_csv(result, new, decimal_comma) if csv else []
-            outputs = [*write_figure(result, new, style, format_), *tables]
-            names.extend(table.name for table in tables)
-            accessor = result.wucht
-            document.update(
-                {
-                    "study": accessor.study,
-                    "machine": result.attrs["title"],
-                    "summary": accessor.summary,
-                    "assumed": accessor.assumed,
-                    "warnings": accessor.warnings,
-                    "notes": accessor.notes,
-                    "files": [str(folder / name) for name in names],
-                    CHECKSUMS: {path.name: checksum(path) for path in outputs},
-                    "units": "dimensionless" if result.attrs["dimensionless"] else "SI",
-                    "version": wucht.__version__,
-                    "elapsed_s": round(time.perf_counter() - start_time, 3),
-                }
-            )
-            if result.attrs["failure"]:
-                document.update({"error": result.attrs["failure"], "exit_code": 1})
-            save_summary(document, new / SUMMARY)
-
+        presentation = Presentation(
+            folder, style, format_, csv, decimal_comma, lambda result: follow_up(study_file, result, folder), start_time
+        )
+        files = (RESULT, *figure_names(study_file.spec.kind, format_), SUMMARY)
         options = {"resume": resume, "progress": report, "scheduler": scheduler, "announce": progress.announce}
-        result = run_study(study_file, folder=folder, files=tuple(names), write=write, **options)
+        result = run_study(
+            study_file, folder=folder, files=files, write=presentation.write, summarise=presentation.summarise, **options
+        )
     accessor = result.wucht
     if as_json:
-        sys.stdout.write(to_json(document) + "\n")
+        sys.stdout.write(to_json(presentation.document) + "\n")
     else:
-        for line in report_of(result):
+        for line in presentation.lines:
             typer.echo(line)
         for note in accessor.notes:
             typer.echo(f"note: {units_in_print(note)}")
-        for warning in accessor.warnings:
+    for warning in accessor.warnings:
+        if not as_json or is_attempt_warning(warning):
             typer.echo(f"warning: {units_in_print(warning)}", err=True)
-        typer.echo(f"files: {folder}/{', '.join(names)}")
-        if result.attrs["finished"]:
-            typer.echo(f"next: {follow_up(study_file, result, folder)}")
+    if not as_json:
+        typer.echo(f"files: {folder}/{', '.join(presentation.names)}")
+        if presentation.next_command:
+            typer.echo(f"next: {presentation.next_command}")
     if result.attrs["failure"]:
         sys.stderr.write(f"wucht: {result.attrs['failure']}. What was computed so far is in {folder}\n")
         raise typer.Exit(1)

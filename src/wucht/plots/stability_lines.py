@@ -97,7 +97,8 @@ def smooth_curve(points: np.ndarray, panel: tuple[float, float], begin: int, end
     from scipy.interpolate import Akima1DInterpolator
 
     (x, y), steps = points, np.hypot(*(np.diff(points, axis=1) / np.array(panel)[:, None]))
-    at, apart = np.concatenate([[0.0], np.cumsum(steps)]), np.concatenate([[True], steps > 0])
+    at = np.concatenate([[0.0], np.cumsum(steps)])
+    apart = np.concatenate([[True], np.diff(at) > 0])  # a step may be lost in the rounding of the sum
     if apart.sum() < _FEWEST or not np.isfinite(at).all():
         return x[begin : end + 1], y[begin : end + 1]
     knots, share = at[begin : end + 1], np.arange(_BETWEEN) / _BETWEEN

@@ -8,11 +8,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from wucht.errors import InputError
 from wucht.files.toml_text import abridge, toml_text
 from wucht.plots.inline_svg import inline_svg
 from wucht.plots.machine_drawing import draw_machine
 from wucht.plots.page import REPORT
 from wucht.reports.markup import brief_text, bullets, html_table, html_text, section
+from wucht.results.attempts import Attempts, with_attempt_warnings
 from wucht.results.formatting import ReportLines, engineering_text
 from wucht.studies.registry import studies
 from wucht.studies.runner import draw, report
@@ -32,12 +34,16 @@ _ABRIDGEMENT = "Long texts and tables are shortened here; the result file has al
 
 @dataclass(frozen=True)
 class Chapter:
-    """A chapter: the name of its anchor, its title and its verdict as plain text, and its HTML."""
+    """A chapter: the name of its anchor, its title and its verdict as plain text, and its HTML.
+
+    warnings: what could not be written in it.
+    """
 
     anchor: str
     title: str
     verdict: str
     html: str
+    warnings: tuple[str, ...] = ()
 
 
 def chapter(result: xr.Dataset, number: int) -> Chapter:
@@ -58,8 +64,14 @@ def chapter(result: xr.Dataset, number: int) -> Chapter:
     InputError
         For an unknown study, or a Dataset that lacks variables of the written result.
     """
-    accessor, anchor = result.wucht, f"r{number}"
-    lines = report(result)
+    accessor, anchor, attempts = result.wucht, f"r{number}", Attempts()
+    lines, drawing, figure = ["", f"verdict: {accessor.sentence}"], "", ""
+    with attempts.attempt("lines of the report", InputError):
+        lines = report(result)
+    with attempts.attempt("drawing of the machine", InputError):
+        drawing = _drawing(result, anchor)
+    with attempts.attempt("figure", InputError):
+        figure = _figure(result, anchor)
     verdict, entries = _entries(lines)
     title = accessor.title or accessor.study
     kind = studies()[accessor.study]
@@ -70,9 +82,9 @@ def chapter(result: xr.Dataset, number: int) -> Chapter:
         f'<div class="verdict"><b>Verdict</b>{html_text(verdict)}</div>',
         _incomplete(accessor),
         html_table(entries, kind="entries", row_heads=True),
-        section("Warnings", bullets(accessor.warnings)),
-        _drawing(result, anchor),
-        _figure(result, anchor),
+        section("Warnings", bullets(with_attempt_warnings(result, attempts.warnings).wucht.warnings)),
+        drawing,
+        figure,
         section("Machine" if accessor.parts else "Subject", _data(result), bullets(accessor.notes)),
         section("Numbers", numbers),
         *tables,
@@ -80,7 +92,9 @@ def chapter(result: xr.Dataset, number: int) -> Chapter:
         section("How it was computed", _origin(result), _study_file(result)),
     ]
     body = "\n".join(filter(None, parts))
-    return Chapter(anchor, title, verdict, f'<section class="chapter" id="{anchor}">\n{body}\n</section>')
+    return Chapter(
+        anchor, title, verdict, f'<section class="chapter" id="{anchor}">\n{body}\n</section>', tuple(attempts.warnings)
+    )
 
 
 _TITLE = 160  # characters of a heading

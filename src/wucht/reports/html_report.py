@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -48,12 +49,13 @@ def write_report(places: Sequence[Path | str], file: Path | str, title: str = ""
     Returns
     -------
     Path
-        The page. It is the same to the last byte for the same results and the same day (or ``SOURCE_DATE_EPOCH``).
+        The page. It is the same to the last byte for the same results and the same day (or ``SOURCE_DATE_EPOCH``). Where a
+        figure cannot be drawn, it has a warning instead, which is issued too.
 
     Raises
     ------
     InputError
-        If there is no result, or one cannot be read or drawn; if the file is a folder or no page of HTML.
+        If there is no result, or one cannot be read; if the file is a folder or no page of HTML.
     RunError
         If the page cannot be written.
     """
@@ -62,6 +64,9 @@ def write_report(places: Sequence[Path | str], file: Path | str, title: str = ""
     if not files:
         raise InputError("RESULT", None, "give at least one result.nc, or a folder that has one")
     chapters = [_chapter_of(place, number) for number, place in enumerate(files, 1)]
+    for place, one in zip(files, chapters, strict=True):
+        for warning in one.warnings:
+            warnings.warn(f"{place}: {warning}", stacklevel=2)
     whole = _page(chapters, title).encode("utf-8")
     return replace_file(path, lambda beside: beside.write_bytes(whole))
 

@@ -48,11 +48,13 @@ def save_csv(result: xr.Dataset, folder: Path, decimal_comma: bool = False) -> l
     RunError
         If a file cannot be written.
     """
-    paths = []
-    for name in table_names(result):
-        path, table = folder / f"{safe_name(f'{_kind(result)}-{name}')}.csv", result_table(result, name)
-        paths.append(replace_file(path, lambda beside, table=table: _write_csv(beside, table, decimal_comma)))  # type: ignore[misc]
-    return paths
+    return [save_csv_table(result, name, folder, decimal_comma) for name in table_names(result)]
+
+
+def save_csv_table(result: xr.Dataset, name: str, folder: Path, decimal_comma: bool = False) -> Path:
+    """Write one of the tables of a result as a CSV file. Raises ``RunError`` if it cannot be written."""
+    path, table = folder / f"{safe_name(f'{_kind(result)}-{name}')}.csv", result_table(result, name)
+    return replace_file(path, lambda beside: _write_csv(beside, table, decimal_comma))
 
 
 def save_xlsx(result: xr.Dataset, folder: Path) -> Path:

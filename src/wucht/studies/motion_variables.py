@@ -189,16 +189,16 @@ def _envelope(
     shaken: float | None,
     before: float | None,
 ) -> np.ndarray:
-    """The amplitude (N,): the line through the peaks of the axis' distance from its rest position.
+    """The amplitude (N,), the largest distance of the axis from its rest position within a turn: the line through its peaks.
 
-    A valley counts as part of the orbit if it is shorter than half a turn, or than half a free vibration while the rotor is
-    slower, or than half a period of a prescribed vibration. before: the distance before the run, if it is known.
+    A valley counts as part of the orbit if it is shorter than a turn, or than a free vibration while the rotor is slower, or
+    than a period of a prescribed vibration. before: the distance before the run, if it is known.
     """
     if not peaks.any():
         return peaks
     rate = np.maximum(np.abs(speed), min((f for f in natural.values() if f > 0), default=0.0))
     rate = rate if shaken is None else np.minimum(rate, abs(shaken))
-    return envelope(time, peaks, np.divide(math.pi, rate, out=np.zeros_like(rate), where=rate > 0), before)
+    return envelope(time, peaks, np.divide(2 * math.pi, rate, out=np.zeros_like(rate), where=rate > 0), before)
 
 
 def _residual(machine: Machine, row: Rows, angle: Mapping[str, np.ndarray], end: float) -> np.ndarray:

@@ -23,6 +23,7 @@ from wucht.plots.arranging import arrange
 from wucht.plots.page import PRINT, Page, page_context
 from wucht.plots.sheet import write_assumptions
 from wucht.results.accessor import register_accessor
+from wucht.results.attempts import Attempts, with_attempt_warnings
 from wucht.results.formatting import units_in_print
 from wucht.results.output_folder import NEW, claim_folder, commit
 from wucht.results.output_folder import load_result as read_result
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from matplotlib.text import Text
 
 Writer = Callable[["xr.Dataset", Path], object]
+Presenter = Callable[["xr.Dataset", Path], Sequence[str] | None]
 _SAVE_EVERY_S = 5.0  # an incomplete result, so that it can be inspected; saving takes at most a tenth of the time
 
 
@@ -57,7 +59,8 @@ def run(
     progress: Report | None = None,
     document: Mapping[str, Any] | None = None,
     scheduler: str | None = None,
-    write: Writer | None = None,
+    write: Presenter | None = None,
+    summarise: Writer | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> xr.Dataset:
     """Answer a question.
@@ -70,7 +73,7 @@ def run(
     folder : path, optional
         Folder for ``result.nc`` and, until the study is finished, its units of work. An earlier result there is replaced when
         the study ends or is interrupted; until then results are in its sub-folder ``.wucht-new``. If the study or the writing
-        of a file fails, the earlier result remains unchanged.
+        of the new result fails, the earlier result remains unchanged.
     files : names of files that will be written there
     resume : bool
         Reuse the units of work of this question in the folder.
@@ -83,8 +86,11 @@ def run(
         Address of a scheduler of dask.distributed, such as ``"tcp://host:8786"``: its workers compute instead of this
         process. Only for studies whose specs are ``tiled``.
     write : callable, optional
-        Writes further files of the result, such as its figure: called with the result and the folder for them. They replace
-        the earlier ones together with ``result.nc``.
+        Writes files that show the result, such as its figure: called with the result, which is in its place by then, and the
+        folder for them. It returns sentences on what could not be written; they, and an error that it raises, become warnings
+        of the result.
+    summarise : callable, optional
+        Writes the summary, which is put in its place together with ``result.nc``: called likewise, and again after ``write``.
     announce : callable, optional
         Called with a sentence on what comes before the first progress, if that takes long.
 
@@ -111,7 +117,7 @@ def run(
     place = None if folder is None else Path(folder)
     with cluster_at(scheduler) as cluster, nullcontext() if place is None else claim_folder(place):
         try:
-            return _compute_result(spec, subject, place, files, resume, progress, document, cluster, write, announce)
+            return _compute_result(spec, subject, place, files, resume, progress, document, cluster, write, summarise, announce)
         except MemoryError as error:
             raise memory_error(error) from None
 
@@ -125,7 +131,8 @@ def _compute_result(
     progress: Report | None,
     document: Mapping[str, Any] | None,
     cluster: DaskCluster | None,
-    write: Writer | None,
+    write: Presenter | None,
+    summarise: Writer | None,
     announce: Callable[[str], None] | None,
 ) -> xr.Dataset:
     register_accessor()
@@ -148,9 +155,8 @@ def _compute_result(
         if resume:
             finished_result, notes = earlier_result(folder / RESULT, spec, untitled_question)
             if finished_result is not None:
-                _commit(finished_result, folder, write)
                 UnitMemory(folder, untitled_question).forget()  # a kill may have come before the first run did so
-                return finished_result
+                return _show(finished_result, folder, write, summarise)
         has_units = resume and untitled_question in stored_questions(folder)
         memory = (UnitMemory.resume if has_units else UnitMemory.start)(folder, untitled_question)
 
@@ -184,14 +190,14 @@ def _compute_result(
         final, findings = assemble_result(findings, not is_interrupted), None  # may be larger than the result, no longer needed
         if folder is not None:
             save(final, new / RESULT)
-            _commit(final, folder, write)
+            _commit(final, folder, summarise)
     except BaseException:
         with suppress(WuchtError):  # the error of the study is more informative
             memory.flush()
         raise
     if not is_interrupted:
         memory.forget()
-    return final
+    return final if folder is None else _show(final, folder, write, summarise)
 
 
 def _last_findings(study: Study, findings: Iterable[Any], save_unfinished: Callable[[Any], None]) -> tuple[Any, bool]:
@@ -215,11 +221,25 @@ def _last_findings(study: Study, findings: Iterable[Any], save_unfinished: Calla
     return latest, False
 
 
-def _commit(result: xr.Dataset, folder: Path, write: Writer | None) -> None:
-    """Replace an earlier result by a new one with all its files."""
-    if write is not None:
-        return_free_memory()
-        write(result, folder / NEW)
+def _show(result: xr.Dataset, folder: Path, write: Presenter | None, summarise: Writer | None) -> xr.Dataset:
+    """Write the files that show a result, which is in its folder already. What fails becomes a warning of the result."""
+    if write is None:
+        return result
+    return_free_memory()
+    new, attempts = prepare_folder(folder / NEW), Attempts()
+    with attempts.attempt("the files that show it"):
+        attempts.warnings += write(result, new) or []
+    shown_result = with_attempt_warnings(result, attempts.warnings)
+    if shown_result is not result:
+        save(shown_result, new / RESULT)
+    _commit(shown_result, folder, summarise)
+    return shown_result
+
+
+def _commit(result: xr.Dataset, folder: Path, summarise: Writer | None) -> None:
+    """Put the new files of a result in their places, with a summary."""
+    if summarise is not None:
+        summarise(result, folder / NEW)
     commit(folder)
 
 

@@ -15,7 +15,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from tests.hand_made import drawn, titled
 
-from wucht.cams.correction import AccelerationComparison, Residual
+from wucht.cams.correction import AccelerationComparison, Deviation, Residual
 from wucht.cams.drive import cam_drive_from
 from wucht.cams.shape import Extreme, Shape
 from wucht.cams.undercut import RadiusAt
@@ -90,7 +90,7 @@ def made(**other: Any) -> Findings:
     )
     common = {
         "tau": TAU, "output": (1 + TAU, 2 + TAU), "acceleration": (100 * np.cos(TAU) - 300, 100 * np.sin(TAU) - 50),
-        "spectrum": spectra, "impurity": (0.56, 3e-13), "angles": ANGLES,
+        "spectrum": spectra, "deviation": (Deviation(0.56, 0.02), Deviation(3e-13, 4e-13)), "angles": ANGLES,
         "table": tuple(np.stack([10 * v + k + ANGLES for k in range(4)]) for v in range(2)),
         "lever": tuple(np.stack([100 + 10 * v + k + ANGLES for k in range(4)]) for v in range(2)),
         "contours": ({"cam": contour(0), "counter": contour(1)}, {"cam": contour(2), "counter": contour(3)}),
@@ -194,6 +194,7 @@ def test_the_summary(plan: Plan, result: xr.Dataset) -> None:
     speed = SHAFT.speed(np.linspace(0, 2 * math.pi, 100_001))
     assert (s["unit"], s["harmonics"], s["reference_order"], s["points"], s["decimals"]) == ("rad", 5, 1, 36, 5)
     assert (s["before"], s["after"]) == (0.56, 3e-13)
+    assert (s["position_error_before"], s["position_error_after"]) == (0.02, 4e-13)
     assert s["recovered"] == pytest.approx({"cam": 2e-12, "counter": 5e-11}) and s["rounded"] == pytest.approx({"cam": 1e-6})
     assert s["peak_before"] == pytest.approx(400.0) and s["peak_after"] == pytest.approx(150.0), "of either sign"
     assert s["mean_speed"] == pytest.approx(SHAFT.mean) and s["period"] == pytest.approx(2 * math.pi / SHAFT.mean)
@@ -244,7 +245,9 @@ def test_without_records_and_cams_there_are_no_numbers(bare: Plan) -> None:
     (9e-10, "CLEAN: orders above 5 are 9e-10 of order 1"), (1.1e-9, "NOT CLEAN: orders above 5 are 1.1e-09 of order 1"),
 ])  # fmt: skip
 def test_what_is_clean(bare: Plan, after: float, begin: str) -> None:
-    assert sentence(bare, made(impurity=(0.56, after))).startswith(begin)
+    before, stroke = Deviation(0.56, 0.02), bare.purity.stroke
+    assert sentence(bare, made(deviation=(before, Deviation(after, 0.9e-9 * stroke)))).startswith(begin)
+    assert sentence(bare, made(deviation=(before, Deviation(after, 1.1e-9 * stroke)))).startswith("NOT CLEAN"), "over time"
 
 
 def test_what_points_and_orders_that_are_left_out_leave(bare: Plan) -> None:
@@ -279,7 +282,8 @@ def test_the_lines_of_the_report(result: xr.Dataset) -> None:
     assert told[2].startswith(f"  left out     order 3 ({0.75 * rpm:.3g} rpm, {three} of the speed), which leaves 0.3 %; ")
     assert told[2].endswith(f"; order 6 ({0.25 * rpm:.3g} rpm, {six} of the speed), which leaves 0.4 %")
     assert told[3:7] == [
-        "  acceleration at most 150 rad/s^2; of the original cam 400 rad/s^2",
+        "  acceleration at most 150 rad/s^2; of the original cam 400 rad/s^2; off the law over time by at most 2.292e-11° "
+        "and 1.146°",
         "  from points  cam 2e-12, counter 5e-11 of order 1; rounded to 5 decimals of a mm 1e-06",
         "  left if          2 %  off by 1°",
         "  left if      an order of the speed is left out: 50 % (2)",

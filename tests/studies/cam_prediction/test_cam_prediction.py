@@ -576,7 +576,7 @@ def test_a_slide_is_shown_in_millimetres():
 def test_a_cut_cam_without_a_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     """What was cut before it is kept."""
 
-    def residual_with_cam(cam: Any, count: int) -> Any:
+    def residual_with_cam(cam: Any, _purity: Any) -> Any:
         made.append(cam)
         if len(made) == 3:
             raise RunError("it stands")
@@ -585,7 +585,10 @@ def test_a_cut_cam_without_a_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     made = list[Any]()
     monkeypatch.setattr(prediction_run, "CorrectedLaw", lambda law, shaft: (law, shaft))
     plan = SimpleNamespace(
-        cuts=5, count=4, motion_law=SimpleNamespace(function="law"), shaft=SimpleNamespace(residual_with_cam=residual_with_cam)
+        cuts=5,
+        purity=None,
+        motion_law=SimpleNamespace(function="law"),
+        shaft=SimpleNamespace(residual_with_cam=residual_with_cam),
     )
     left, failure = prediction_run._cut_residuals(plan, Work())  # type: ignore[arg-type]
     assert left.tolist() == [0.5, 0.25] and len(made) == 3 and made[0] == "law" and made[1][0] == "law"

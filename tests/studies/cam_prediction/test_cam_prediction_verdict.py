@@ -9,7 +9,7 @@ import pytest
 from tests.refusals import failed, refused
 
 import wucht
-from wucht.cams.correction import CorrectedLaw
+from wucht.cams.correction import CorrectedLaw, Deviation
 from wucht.cams.prediction import CamShaft
 from wucht.cams.tables.camshaft import ShaftTable
 from wucht.cams.tables.harmonic_law import HarmonicLawTable
@@ -205,9 +205,12 @@ def test_a_simulation_that_differs_does_not_confirm_and_the_reason_is_said(found
 
 
 def test_what_the_corrected_cam_leaves_is_the_first_thing_said(found):
-    label, sentence = said(found, above=0.02)
+    label, sentence = said(found, deviation=Deviation(0.02, 0.0))
     assert (label, sentence[:9]) == ("not clean", "NOT CLEAN")
-    assert said(found)[0] == "clean"
+    assert ": the corrected cam leaves 2 % of order 1 in orders above 5, its position is off by 0 % of the stroke" in sentence
+    stroke = found[0].purity.stroke
+    assert said(found, deviation=Deviation(0.9e-6, 0.9e-6 * stroke))[0] == "clean"
+    assert said(found, deviation=Deviation(0.0, 1.1e-6 * stroke))[0] == "not clean", "over time"
 
 
 def told(found, failure="", **summary_):
@@ -259,7 +262,7 @@ def test_a_shaft_that_twists_for_which_there_is_no_cam(found):
     )
     both = [rigid, {"name": TWIST_CAM, "above": 2e-6}]
     assert verdict(plan, s | {"shaft": both})[1].endswith("corrected for the twist too it leaves 0.0002 %")
-    assert verdict(plan, s | {"shaft": [rigid | {"above": s["above"]["law"] + 1e-3}]})[0] == "clean"
+    assert verdict(plan, s | {"shaft": [rigid | {"above": 1e-3}]})[0] == "clean"
 
 
 TWISTS = {"shaft_stiffness": 4e6, "shaft_damping": 1000.0, "cam_inertia": 0.5}

@@ -30,11 +30,11 @@ _PER = ("", "/rad", "/rad^2", "/rad^3")
 
 def sentence(plan: Plan, findings: Findings) -> str:
     """Return the verdict: orders above N after the correction and before it, and those obtained from points of the contour."""
-    purity, (before, after) = plan.purity, findings.impurity
+    purity, before, after = plan.purity, findings.deviation[0].orders, findings.deviation[1].orders
     has_all_orders = purity.count is None
     subject = "orders differ from the law's by" if has_all_orders else f"orders above {purity.count} are"
     residual = f"{'less than' if has_all_orders else 'below'} {CLEAN:.0e}" if after < CLEAN else f"{after:.2g}"
-    clean = "CLEAN" if after < _CLEAN_SHARE else "NOT CLEAN"
+    clean = "CLEAN" if purity.is_clean(findings.deviation[1], _CLEAN_SHARE) else "NOT CLEAN"
     text = f"{clean}: {subject} {residual} of order {purity.reference} (before: {before:.2g})"
     shares = [_share_of_points(plan, proof.recovered) for proof in findings.proofs.values() if proof.recovered is not None]
     if shares:
@@ -209,7 +209,7 @@ def _measurement_quantities(plan: Plan, f: Findings) -> list[Quantity]:
 
 def _summary_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     scale, shaft, purity = plan.shaft.mean**2, plan.shaft, plan.purity
-    unit, contours, share = f"{plan.unit}/s^2", f.contours[1], f"above order N over order {plan.purity.reference}"
+    unit, contours, position = f"{plan.unit}/s^2", f.contours[1], "largest distance of the output from its law over time"
     count = max(plan.orders, purity.count or 0, plan.last_order)
     before, after = ((scale * s.amplitudes[:count]).tolist() for s in f.spectrum)
     shapes = [c.shape for c in contours.values()]
@@ -224,10 +224,12 @@ def _summary_quantities(plan: Plan, f: Findings) -> list[Quantity]:
         Quantity("reference_order", purity.reference, "reference order of the comparison"),
         Quantity("orders_before", before, "amplitudes of the acceleration, original cam", unit),
         Quantity("orders_after", after, "amplitudes of the acceleration, corrected cam", unit),
-        Quantity("before", f.impurity[0], f"{share}, original cam"),
-        Quantity("after", f.impurity[1], f"{share}, corrected cam"),
-        Quantity("recovered", recovered_shares, f"{share}, from the points of the corrected cam"),
-        Quantity("rounded", rounded_shares, f"{share}, from these points rounded"),
+        Quantity("before", f.deviation[0].orders, f"{purity.name}, original cam"),
+        Quantity("after", f.deviation[1].orders, f"{purity.name}, corrected cam"),
+        Quantity("position_error_before", f.deviation[0].position, f"{position}, original cam", plan.unit),
+        Quantity("position_error_after", f.deviation[1].position, f"{position}, corrected cam", plan.unit),
+        Quantity("recovered", recovered_shares, f"{purity.name}, from the points of the corrected cam"),
+        Quantity("rounded", rounded_shares, f"{purity.name}, from these points rounded"),
         Quantity("points", plan.spec.points, "number of points of a contour"),
         Quantity("decimals", plan.spec.decimals, "decimals of rounded points"),
         Quantity("peak_before", float(np.abs(f.acceleration[0]).max()), "largest acceleration, original cam", unit),

@@ -73,6 +73,9 @@ def _measurement_lines(m: dict[str, Any], s: dict[str, Any]) -> list[tuple[str, 
 def _motion_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
     unit = f"{s['unit']}/s^2"
     lines = [("acceleration", f"at most {s['peak_after']:.4g} {unit}; of the original cam {s['peak_before']:.4g} {unit}")]
+    if s.get("position_error_before") is not None:  # results of earlier versions lack it
+        after, before = (_travel_text(s, s[f"position_error_{version}"]) for version in ("after", "before"))
+        lines[0] = ("acceleration", f"{lines[0][1]}; off the law over time by at most {after} and {before}")
     if s.get("dwell_error_before") is not None:  # results of earlier versions lack it
         after, before = _position_error_text(s, "after", " at the end of the arm"), _position_error_text(s, "before")
         lines.append(("dwell", f"position off by at most {after}; with the original cam by {before}"))
@@ -84,12 +87,16 @@ def _motion_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
     return lines
 
 
+def _travel_text(s: dict[str, Any], travel: float) -> str:
+    return f"{math.degrees(travel):.4g}°" if s["unit"] == "rad" else _mm(travel)
+
+
 def _position_error_text(s: dict[str, Any], version: str, place: str = "") -> str:
     """Return the position error in the dwell, in degrees and in mm at the end of the output's arm, or in mm."""
     error, travel = s[f"dwell_error_{version}"], s[f"dwell_travel_{version}"]
     if s["unit"] != "rad":
         return _mm(error)
-    return f"{math.degrees(error):.4g}°" + ("" if travel is None else f" ({_mm(travel)}{place})")
+    return _travel_text(s, error) + ("" if travel is None else f" ({_mm(travel)}{place})")
 
 
 def _residual_lines(s: dict[str, Any]) -> list[tuple[str, str]]:

@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from wucht.cams.cam import Cam
-from wucht.cams.correction import MotionOverTime, Residual, orders, residual_of_extra_order, residuals
+from wucht.cams.correction import Deviation, MotionOverTime, Residual, orders, residual_of_extra_order, residuals
 from wucht.cams.dwells import position_error
 from wucht.cams.laws import Law
 from wucht.cams.milled_cam import MilledCam
@@ -75,17 +75,17 @@ class Findings:
     """Motion, contours and residuals; each pair is for the original and the corrected cam.
 
     tau (T,): time as an angle. output, acceleration: over tau, the latter in the output's unit/s^2. spectrum: of the latter,
-    over omega^2, impurity: its share above N. table, lever: derivatives 0 to 3 (4, N) by the cam angle of output and follower.
-    contours, proofs: by the name of the cam. from_errors, left_out: residuals of the record's standard errors, and of orders
-    that are not corrected. dwell_errors: largest distances of the output from its dwells, None without. samples: tau (S,) and
-    measured acceleration (S,) of a record, folded over a turn.
+    over omega^2. deviation: of the output from its law over time. table, lever: derivatives 0 to 3 (4, N) by the cam angle of
+    output and follower. contours, proofs: by the name of the cam. from_errors, left_out: residuals of the record's standard
+    errors, and of orders that are not corrected. dwell_errors: largest distances of the output from its dwells, None without.
+    samples: tau (S,) and measured acceleration (S,) of a record, folded over a turn.
     """
 
     tau: np.ndarray
     output: tuple[np.ndarray, np.ndarray]
     acceleration: tuple[np.ndarray, np.ndarray]
     spectrum: tuple[FourierSeries, FourierSeries]
-    impurity: tuple[float, float]
+    deviation: tuple[Deviation, Deviation]
     angles: np.ndarray
     table: tuple[np.ndarray, np.ndarray]
     lever: tuple[np.ndarray, np.ndarray]
@@ -120,7 +120,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
         output=(over_time[0](tau), over_time[1](tau)),
         acceleration=(scale * over_time[0](tau, 2), scale * over_time[1](tau, 2)),
         spectrum=(spectra[0], spectra[1]),
-        impurity=(plan.purity.share(spectra[0]), plan.purity.share(spectra[1])),
+        deviation=(plan.purity.deviation(over_time[0]), plan.purity.deviation(over_time[1])),
         angles=angles,
         table=(_derivatives(plan.law, angles), _derivatives(plan.corrected_law, angles)),
         lever=(_derivatives(plan.levers[0], angles), _derivatives(plan.levers[1], angles)),

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from wucht.cams.correction import CorrectedLaw, MotionOverTime, orders, share_above_order
+from wucht.cams.correction import CorrectedLaw, Deviation, MotionOverTime, Purity, orders
 from wucht.cams.drive import CamDrive
 from wucht.cams.dwells import dwells_of
 from wucht.cams.elastic_output import Dwell, ElasticOutput
@@ -27,20 +27,24 @@ from wucht.studies.cam_prediction.elasticity import Twists, Vibrations, twists, 
 from wucht.studies.cam_prediction.spec import CamPrediction
 
 _ABOUT = (0.5, 1.5)  # times the mean speed
+_FEWEST, _MOST = 15, 100  # orders in the result
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
     """Law, shaft and springs of a prediction.
 
-    count: N, the highest order of the law. output, twisting: elastic output and shaft, None where rigid. speeds: for the
+    purity: how the output is judged against its law. shown_orders: in the result. record: of the shaft's speed, None without.
+    output, twisting: elastic output and shaft, None where rigid. speeds: for the
     vibration of the output, rad/s.
     """
 
     motion_law: MotionLaw
     shaft: CamShaft
     driving: CamshaftDrive | None
-    count: int
+    purity: Purity
+    shown_orders: int
+    record: ShaftMotion | None
     points: int
     cuts: int
     turns: int
@@ -76,9 +80,22 @@ def prepare(spec: CamPrediction, drive: CamDrive) -> Plan:
     if output is not None and not dwells:
         raise InputError("study.dwell", None, "the law has no dwell: give the start and end of the dwell")
     speeds = np.linspace(low, high, spec.speed_points)
-    count, turns = motion_law.count or spec.orders, 0 if driving is not None and driving.is_enforced else spec.simulate
-    cuts = 0 if driving is not None and driving.is_enforced else spec.cuts
-    return Plan(motion_law, shaft, driving, count, spec.points, cuts, turns, output, table.twisting(), dwells, speeds)
+    is_enforced = driving is not None and driving.is_enforced
+    return Plan(
+        motion_law=motion_law,
+        shaft=shaft,
+        driving=driving,
+        purity=Purity.from_law(motion_law.function, motion_law.count),
+        shown_orders=min(max(3 * (motion_law.count or spec.orders), _FEWEST), _MOST),
+        record=None if drive.speed_fit is None else drive.shaft_motion,
+        points=spec.points,
+        cuts=0 if is_enforced else spec.cuts,
+        turns=0 if is_enforced else spec.simulate,
+        output=output,
+        twisting=table.twisting(),
+        dwells=dwells,
+        speeds=speeds,
+    )
 
 
 def _dwell_on_arc(motion_law: MotionLaw, arc: tuple[float, float]) -> Dwell:
@@ -106,14 +123,14 @@ class Eigenmotion:
 class ShaftPrediction:
     """Predicted motion of the shaft with a cam.
 
-    acceleration: of the output by orders, per s^2. above: its largest order above N, as a share of order 1. multiplier: of a
+    acceleration: of the output by orders, per s^2. deviation: of the output from its law over time. multiplier: of a
     disturbance of the energy over a turn: below 1 the motion is stable. drive (points + 1): torque of the drive over tau.
     eigenmotion: at the same mean speed, None where there is none.
     """
 
     shaft: ShaftMotion
     acceleration: FourierSeries
-    above: float
+    deviation: Deviation
     multiplier: float
     drive: np.ndarray
     eigenmotion: Eigenmotion | None
@@ -121,8 +138,8 @@ class ShaftPrediction:
 
 @dataclass(frozen=True, eq=False)
 class CutTrial:
-    """Residual above order N with a cam, and the motion of the shaft that is measured with it; where none is
-    obtained, the failure."""
+    """Residual with a cam, see ``Purity.share``, and the motion of the shaft that is measured with it; where none is obtained,
+    the failure."""
 
     residual: float = math.nan
     shaft: ShaftMotion | None = None
@@ -134,8 +151,8 @@ class Findings:
     """Predictions with both cams, cams cut by measurement, simulations and springs.
 
     tau (N,): from 0 to 2 pi. cam (4, N): the corrected law over the cam angle, at the same angles, with derivatives.
-    constant_speed_power (N,): power that output and loads take from a shaft that turns evenly. clean: orders of the law itself
-    above N. cuts: residuals of cams cut one after the other; failure: reason why there are no more of them.
+    constant_speed_power (N,): power that output and loads take from a shaft that turns evenly. cuts: residuals of cams cut one
+    after the other; failure: reason why there are no more of them.
     """
 
     tau: np.ndarray
@@ -143,7 +160,6 @@ class Findings:
     corrected_cam: ShaftPrediction
     cam: np.ndarray
     constant_speed_power: np.ndarray
-    clean: float
     cuts: np.ndarray
     failure: str
     confirmations: tuple[Confirmation, ...]
@@ -151,24 +167,28 @@ class Findings:
     twists: Twists | None
 
 
+_CUTS_END, _SIMULATIONS_END = 0.35, 0.95  # of the work, of which the simulations are most
+
+
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
     """Compute both motions of the shaft, cuts, simulations, springs. Raises ``RunError`` where there is no motion."""
     law, tau = plan.motion_law.function, np.linspace(0, 2 * math.pi, plan.points + 1)
     work.report(0.0, "motion of the shaft")
     original_cam = work.unit("original cam", lambda: _shaft_prediction(plan, law, _shaft_motion(plan, law, False), tau, False))
-    work.report(0.1, "motion of the shaft with the corrected cam")
+    work.report(0.02, "motion of the shaft with the corrected cam")
     motion = work.unit("corrected cam", lambda: _shaft_motion(plan, law, True))
     cam = CorrectedLaw(law, motion)
     corrected_cam = work.unit("turning with the corrected cam", lambda: _shaft_prediction(plan, cam, motion, tau, True))
     profile = np.array([cam(tau, order) for order in range(4)])
-    cuts, failure = _cut_residuals(plan, work.part("cuts", 0.2, 0.5))
+    cuts, failure = _cut_residuals(plan, work.part("cuts", 0.05, _CUTS_END if plan.turns else _SIMULATIONS_END))
     confirmations = []
     if plan.turns:
         for n, (one, shaft) in enumerate(((law, original_cam.shaft), (cam, motion))):
-            part = work.part("simulation", 0.5 + 0.15 * n, 0.65 + 0.15 * n)
+            middle = (_CUTS_END + _SIMULATIONS_END) / 2
+            part = work.part("simulation", *((_CUTS_END, middle), (middle, _SIMULATIONS_END))[n])
             report_share = partial(_report_simulation, part)
             confirmations.append(part.unit(f"{n}", partial(confirmation, plan.shaft, one, shaft, plan.turns, report_share)))
-    work.report(0.8, "springs")
+    work.report(_SIMULATIONS_END, "springs")
     shaft_motions, output, twisting = (original_cam.shaft, motion), plan.output, plan.twisting
     output_vibrations = shaft_twists = None
     if output is not None:
@@ -177,15 +197,13 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
         )
     if twisting is not None:
         inertia = plan.shaft.output_inertia
-        shaft_twists = work.unit("twist", lambda: twists(twisting, law, plan.count, inertia, *shaft_motions))
-    constant_speed_power, clean = _constant_speed_power(plan, motion.mean), share_above_order(orders(law), plan.count)
+        shaft_twists = work.unit("twist", lambda: twists(twisting, law, plan.purity, inertia, *shaft_motions))
     yield Findings(
         tau,
         original_cam,
         corrected_cam,
         profile,
-        constant_speed_power,
-        clean,
+        _constant_speed_power(plan, motion.mean),
         cuts,
         failure,
         tuple(confirmations),
@@ -209,14 +227,15 @@ def _shaft_motion(plan: Plan, law: Law, is_corrected: bool) -> ShaftMotion:
 
 
 def _shaft_prediction(plan: Plan, cam: Law, shaft: ShaftMotion, tau: np.ndarray, is_corrected: bool) -> ShaftPrediction:
-    spectrum, omega = orders(MotionOverTime(cam, shaft)), shaft.mean
+    motion, omega = MotionOverTime(cam, shaft), shaft.mean
+    spectrum = orders(motion)
     acceleration = FourierSeries(0.0, omega**2 * spectrum.cosine, omega**2 * spectrum.sine)
     multiplier, drive, free = (
         _energy_multiplier(plan, cam, shaft),
         _drive_torque(plan, cam, shaft, tau),
         _eigenmotion(plan, shaft, is_corrected),
     )
-    return ShaftPrediction(shaft, acceleration, share_above_order(spectrum, plan.count), multiplier, drive, free)
+    return ShaftPrediction(shaft, acceleration, plan.purity.deviation(motion), multiplier, drive, free)
 
 
 def _eigenmotion(plan: Plan, shaft: ShaftMotion, is_corrected: bool) -> Eigenmotion | None:
@@ -272,6 +291,6 @@ def _cut_residuals(plan: Plan, work: Work) -> tuple[np.ndarray, str]:
 
 def _cut_trial(plan: Plan, cam: Law) -> CutTrial:
     try:
-        return CutTrial(*plan.shaft.residual_with_cam(cam, plan.count))
+        return CutTrial(*plan.shaft.residual_with_cam(cam, plan.purity))
     except RunError as error:
         return CutTrial(failure=str(error))

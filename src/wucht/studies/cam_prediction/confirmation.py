@@ -10,7 +10,7 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from wucht.cams.laws import Law
-from wucht.cams.prediction import CamShaft
+from wucht.cams.prediction import CamShaft, Torque
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.numerics.fourier_series import FourierSeries, even_angles
 
@@ -19,6 +19,9 @@ _PER_TURN = 2048  # as many as sample the predicted orders: both alias equally
 _TOLERANCE = 1e-13
 _LONGEST = 1 / 64  # of a turn: the largest step; a longer one may miss sharp parts of the cam unnoticed
 _TABLE = 8192  # times of a turn at whose cam angles the cam is tabulated: dense where the shaft is slow, and its cam sharp
+_INTERVALS, _HALVINGS = 64, 40  # of the torque's table: first ones, and how often each may be halved
+_ABOUT = (0.5, 1.5)  # times the least and the greatest predicted speed: where the torque is tabulated
+_TORQUE_ERROR = 1e-12  # of the largest torque
 _MOST_CALLS = 50_000  # of the right-hand side for a turn; 1500 to 3000 are usual
 _REPORT_STEPS = 32  # steps between two reports
 
@@ -47,7 +50,9 @@ def confirmation(
     """
     omega, tau = prediction.mean, np.linspace(0, _TURN * turns, _PER_TURN * turns + 1)
     begin = [float(prediction.angle(0.0)), float(prediction.speed(0.0))]
-    slope, tolerance = _slope(camshaft, _Table.of(cam, prediction)), {"rtol": _TOLERANCE, "atol": _TOLERANCE * omega}
+    low, high = prediction.speed.bounds
+    torque = _TorqueTable.of(camshaft.torque or _no_torque, _ABOUT[0] * low, _ABOUT[1] * high)
+    slope, tolerance = _slope(camshaft, _Table.of(cam, prediction), torque), {"rtol": _TOLERANCE, "atol": _TOLERANCE * omega}
     solver = DOP853(slope, 0.0, begin, tau[-1] / omega, max_step=_LONGEST * _TURN / omega, **tolerance)
     solution, sample_count, steps, no_orders = np.empty((2, len(tau))), 0, 0, FourierSeries.of(0.0)
     while solver.status == "running":
@@ -75,17 +80,63 @@ def _acceleration(camshaft: CamShaft, p: np.ndarray, q: np.ndarray, v: np.ndarra
     return np.asarray((torque - J1 * p * q * v**2) / (camshaft.inertia + J1 * p**2))
 
 
-def _slope(camshaft: CamShaft, table: _Table) -> Callable[[float, np.ndarray], list[float]]:
+def _slope(
+    camshaft: CamShaft, table: Callable[[float], tuple[float, float]], torque: Callable[[float], float]
+) -> Callable[[float, np.ndarray], list[float]]:
     """Return the function of phi' and phi'' by phi and phi', in scalars: arrays of length one take three times as long."""
-    J0, J1, torque = camshaft.inertia, camshaft.output_inertia, camshaft.torque
+    J0, J1 = camshaft.inertia, camshaft.output_inertia
 
     def slope(_t: float, y: np.ndarray) -> list[float]:
         phi, v = y.tolist()
         p, q = table(phi)
-        driving = 0.0 if torque is None else float(torque(y[1:])[0][0])
-        return [v, (driving - J1 * p * q * v * v) / (J0 + J1 * p * p)]
+        return [v, (torque(v) - J1 * p * q * v * v) / (J0 + J1 * p * p)]
 
     return slope
+
+
+def _no_torque(speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return np.zeros_like(speeds), np.zeros_like(speeds)
+
+
+@dataclass(frozen=True, eq=False)
+class _TorqueTable:
+    """Table of a torque by cubics between speeds: one torque by the formulas of a motor takes as long as a hundred of these.
+
+    torque: used beyond the table. at: speeds (M + 1,). cubics: the coefficients of each after its speed (M, 4), the constant
+    first.
+    """
+
+    torque: Torque
+    at: list[float]
+    cubics: list[list[float]]
+
+    @classmethod
+    def of(cls, torque: Torque, low: float, high: float) -> _TorqueTable:
+        """Build the table from torques and slopes; intervals are halved where the torque at their middle is not theirs."""
+        at = np.linspace(low, high, _INTERVALS + 1)
+        for _ in range(_HALVINGS):
+            cubics, middle = _cubics(torque, at), (at[:-1] + at[1:]) / 2
+            x = middle - at[:-1]
+            off = np.abs(((cubics[:, 3] * x + cubics[:, 2]) * x + cubics[:, 1]) * x + cubics[:, 0] - torque(middle)[0])
+            if not (rough := off > _TORQUE_ERROR * np.abs(cubics[:, 0]).max()).any():
+                break
+            at = np.sort(np.append(at, middle[rough]))
+        return cls(torque, at.tolist(), _cubics(torque, at).tolist())
+
+    def __call__(self, speed: float) -> float:
+        if not self.at[0] <= speed < self.at[-1]:
+            return float(self.torque(np.array([speed]))[0][0])
+        i = bisect_right(self.at, speed) - 1
+        x, (a, b, c, d) = speed - self.at[i], self.cubics[i]
+        return a + x * (b + x * (c + x * d))
+
+
+def _cubics(torque: Torque, at: np.ndarray) -> np.ndarray:
+    """Return the coefficients (M, 4) of the cubics with the torques and slopes at speeds (M + 1,)."""
+    values, slopes = torque(at)
+    h, (a, b), (a1, b1) = np.diff(at), (values[:-1], slopes[:-1]), (values[1:], slopes[1:])
+    rise = (a1 - a) / h
+    return np.stack([a, b, (3 * rise - 2 * b - b1) / h, (b + b1 - 2 * rise) / h**2], axis=1)
 
 
 @dataclass(frozen=True, eq=False)

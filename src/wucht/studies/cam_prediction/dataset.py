@@ -11,7 +11,12 @@ from wucht.numerics.fourier_series import even_angles
 from wucht.results.formatting import formats, report_lines
 from wucht.results.quantities import Quantity, result_dataset
 from wucht.studies.cam_prediction.computation import Findings, Plan, ShaftPrediction
-from wucht.studies.cam_prediction.summary_of_prediction import prediction_quantities, verdict, warnings
+from wucht.studies.cam_prediction.summary_of_prediction import (
+    order_deviation_text,
+    prediction_quantities,
+    verdict,
+    warnings,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,14 +24,13 @@ if TYPE_CHECKING:
 
 CAMS = ["original", "corrected"]
 NAMES = ("position", "velocity", "acceleration", "jerk")
-_FEWEST, _MOST = 15, 100  # orders in the result
 _SIMULATED_TIMES = 36  # times of a turn at which the simulated speed is stored
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Return the Dataset of a prediction; with the residuals of elastic outputs and shafts where there are any."""
     f, predictions, unit = findings, (findings.original_cam, findings.corrected_cam), plan.motion_law.unit
-    count = min(max(3 * plan.count, _FEWEST), _MOST)
+    count = plan.shown_orders
     descriptions = ["law of the corrected cam", *(f"{name} with respect to the cam angle" for name in NAMES[1:])]
     law = zip(NAMES, f.cam, descriptions, (unit, f"{unit}/rad", f"{unit}/rad^2", f"{unit}/rad^3"), strict=True)
     speed = np.array([one.shaft.speed(f.tau) for one in predictions])
@@ -47,10 +51,11 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         Quantity("output_acceleration", amplitudes, "acceleration of the output, amplitude", f"{unit}/s^2", "cam order"),
         *(Quantity(name, values, description, per, "cam_angle") for name, values, description, per in law),
         Quantity("cut", np.arange(1, len(f.cuts) + 1), "number of the cam", "", "cut"),
-        Quantity("cut_residual", f.cuts, "largest order above N over order 1", "", "cut"),
+        Quantity("cut_residual", f.cuts, plan.purity.name, "", "cut"),
+        *_record_quantities(plan, f),
         *_simulation_quantities(plan, f, count),
         *_output_quantities(plan, f),
-        *_shaft_quantities(f),
+        *_shaft_quantities(plan, f),
         Quantity("verdict", label, "verdict"),
         *summary,
     ]
@@ -67,6 +72,12 @@ def _amplitudes(one: ShaftPrediction, count: int) -> np.ndarray:
     return one.acceleration.amplitudes[:count]
 
 
+def _record_quantities(plan: Plan, f: Findings) -> list[Quantity]:
+    if plan.record is None:
+        return []
+    return [Quantity("measured_speed", plan.record.speed(f.tau), "measured speed of the shaft, orders fitted", "rad/s", "tau")]
+
+
 def _simulation_quantities(plan: Plan, f: Findings, count: int) -> list[Quantity]:
     if not f.confirmations:
         return []
@@ -74,7 +85,7 @@ def _simulation_quantities(plan: Plan, f: Findings, count: int) -> list[Quantity
     for row, one, turning in zip(amplitudes, f.confirmations, (f.original_cam, f.corrected_cam), strict=True):
         spectrum = turning.shaft.mean**2 * one.acceleration.amplitudes[:count]
         row[: len(spectrum)] = spectrum
-    residual = [a[plan.count :].max(initial=0.0) / a[0] for a in amplitudes]
+    residual = [math.nan if c.failure else plan.purity.share(c.acceleration) for c in f.confirmations]
     description = "acceleration of the output in the last turn simulated, amplitude"
     tau, deviation = even_angles(_SIMULATED_TIMES), [c.deviation for c in f.confirmations]
     speeds = [one.speed(tau) if not one.failure else np.full(_SIMULATED_TIMES, np.nan) for one in f.confirmations]
@@ -82,7 +93,7 @@ def _simulation_quantities(plan: Plan, f: Findings, count: int) -> list[Quantity
         Quantity("simulated_tau", tau, "time of the last turn simulated as an angle", "rad", "simulated_tau"),
         Quantity("simulated_speed", speeds, "speed of the shaft in the last turn simulated", "rad/s", "cam simulated_tau"),
         Quantity("simulated_deviation", deviation, "difference of speed over the mean speed", "", "cam"),
-        Quantity("simulated_residual", residual, "largest order above N over order 1, simulated", "", "cam"),
+        Quantity("simulated_residual", residual, f"{plan.purity.name}, simulated", "", "cam"),
         Quantity("simulated_acceleration", amplitudes, description, f"{plan.motion_law.unit}/s^2", "cam order"),
     ]
 
@@ -107,13 +118,13 @@ def _output_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     ]
 
 
-def _shaft_quantities(f: Findings) -> list[Quantity]:
+def _shaft_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     if f.twists is None:
         return []
     cams, along = f.twists.cams, "twisted"
     return [
         Quantity("twisted", np.array([c.name for c in cams], dtype=np.str_), "cam on the elastic shaft", "", along),
-        Quantity("twist_residual", [c.above for c in cams], "largest order above N over order 1", "", along),
+        Quantity("twist_residual", [c.above for c in cams], plan.purity.name, "", along),
         Quantity("twist_torque", [c.torque for c in cams], "largest torque in the shaft", "N m", along),
         Quantity("twist_angle", [c.twist for c in cams], "largest twist", "rad", along),
     ]
@@ -125,13 +136,16 @@ _BEST = 3  # motions of the elastic output that are listed
 def report(result: xr.Dataset) -> list[str]:
     """Return the lines that ``wucht run`` prints for a prediction."""
     s, (speed, _) = result.wucht.summary, formats(result)
-    above, power = s["above"], s["power"]
+    above, power, deviation = s["above"], s["power"], order_deviation_text(s)
     most = f"; without a drive there is a corrected cam up to {s['inertia_ratio_limit']:.3g}"
     ratio = f"of the output at most {s['inertia_ratio']:.3g} of the shaft's"
     lines = [("inertia", ratio + ("" if s["driven"] == "enforced" else most))]
     for name, one in (("original", s), ("corrected", s["corrected"])):
-        residual = f"orders above {above['orders']}: {_share_text(above[name])} of order 1"
+        residual = f"{deviation} {_share_text(above[name])} of order {above['reference_order']}"
         lines.append((name, f"{speed(one['mean_speed'])}, fluctuating by {_share_text(one['fluctuation'])}; {residual}"))
+    errors = {name: _deviation_text(error, s["unit"]) for name, error in s["position_error"].items()}
+    lines.append(("position", f"off the law by at most {errors['corrected']}; with the original cam by {errors['original']}"))
+    lines += _record_lines(result)
     constant, drive = power["constant_speed"], power["corrected"]
     demand = (
         f"{_power_text(constant['peak'])} at most, {_power_text(constant['mean_positive'])} on average without "
@@ -152,9 +166,19 @@ def report(result: xr.Dataset) -> list[str]:
     if (simulation := s["simulation"]) is not None:
         one = simulation["corrected"]
         speed_clause = "it fails" if one["failure"] else f"the speed deviates by {one['deviation']:.1e}"
-        residual = "" if one["above"] is None else f", {one['above']:.1e} of order 1 above {above['orders']}"
+        residual = "" if one["above"] is None else f"; {deviation} {one['above']:.1e} of order {above['reference_order']}"
         lines.append(("simulated", f"{simulation['turns']} turns with the corrected cam: {speed_clause}{residual}"))
     return report_lines(result, s["sentence"], [*lines, *_spring_lines(s)])
+
+
+def _record_lines(result: xr.Dataset) -> list[tuple[str, str]]:
+    """Return a line on the record of the speed beside the prediction."""
+    s, (speed, _) = result.wucht.summary, formats(result)
+    if (record := s["record"]) is None:
+        return []
+    shares = ", ".join(f"the {name} cam {_share_text(max(share, 0.0))}" for name, share in record["explained"].items())
+    motion = f"{speed(record['mean_speed'])}, fluctuating by {_share_text(record['fluctuation'])}"
+    return [("record", f"{motion}; of this fluctuation the prediction explains with {shares}")]
 
 
 def _spring_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
@@ -169,9 +193,8 @@ def _spring_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
         ]
     for one in s["shaft"] or ():
         twist = f"twists by {math.degrees(one['twist']):.3g}°, {one['torque']:.4g} N m"
-        lines.append(
-            ("shaft", f"{twist}, orders above {s['above']['orders']} {_share_text(one['above'])} of order 1: {one['name']}")
-        )
+        share = f"{order_deviation_text(s)} {_share_text(one['above'])} of order {s['above']['reference_order']}"
+        lines.append(("shaft", f"{twist}, {share}: {one['name']}"))
     if output is not None and s["shaft"]:
         lines.append(("springs", "of output and shaft: each is computed with the other rigid"))
     return lines

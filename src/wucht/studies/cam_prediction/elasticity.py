@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.cams.correction import CorrectedLaw, MotionOverTime, share_above_order
+from wucht.cams.correction import CorrectedLaw, MotionOverTime, Purity
 from wucht.cams.elastic_output import (
     Dwell,
     ElasticOutput,
@@ -127,8 +127,8 @@ def _standard_levers(law: Law, dwells: tuple[Dwell, ...]) -> list[LeverWithDwell
 class Twist:
     """Motion behind an elastic shaft, with the name of the cam.
 
-    above: orders of the output's acceleration above N, as a share of order 1. torque: largest in the shaft, in N m. twist:
-    largest of the shaft, in rad.
+    above: how far the orders of the output's acceleration are from the law's, see ``Purity.share``. torque: largest in the
+    shaft, in N m. twist: largest of the shaft, in rad.
     """
 
     name: str
@@ -146,7 +146,7 @@ class Twists:
 
 
 def twists(
-    shaft: ElasticShaft, law: Law, count: int, inertia: float, original_motion: ShaftMotion, corrected_motion: ShaftMotion
+    shaft: ElasticShaft, law: Law, purity: Purity, inertia: float, original_motion: ShaftMotion, corrected_motion: ShaftMotion
 ) -> Twists:
     """Compute the motion of cams behind an elastic shaft whose flywheel turns as predicted for a rigid shaft."""
     rigid = _sampled_law(CorrectedLaw(law, corrected_motion))
@@ -166,7 +166,7 @@ def twists(
             continue
         torque = float(np.abs(turning.torque(even_angles(_SAMPLES))).max())
         lag = drive(even_angles(_SAMPLES)) - turning.fluctuation(even_angles(_SAMPLES))
-        twist_list.append(Twist(name, share_above_order(turning.output.derivative(2), count), torque, float(np.abs(lag).max())))
+        twist_list.append(Twist(name, purity.share(turning.output.derivative(2)), torque, float(np.abs(lag).max())))
     return Twists(tuple(twist_list), tuple(notes))
 
 

@@ -24,7 +24,6 @@ _RPM = 30 / math.pi
 _LOWEST = 1e-8  # of the largest order: the lower end of the axis
 _MOST_BARS = 24
 _CLEAN = 1e-6  # of order 1: nothing
-_NOTHING = 1e-12  # of order 1: orders of the law that are rounding
 _APART = 0.13  # of the panel: labels nearer to each other are left out
 _FEWEST_ROWS = 4
 _SIMULATION_LABEL = "simulated"
@@ -66,6 +65,9 @@ def _speed(axis: Axes, result: xr.Dataset) -> None:
         at = np.degrees(result.simulated_tau.values)
         for name in _COLOURS:
             _draw_simulated(axis, at, _RPM * result.simulated_speed.sel(cam=name).values, name)
+    if "measured_speed" in result:
+        look: dict[str, Any] = {"color": COLOURS[2], "linewidth": 1.1, "linestyle": ":", "label": "measured"}
+        axis.plot(np.degrees(result.tau.values), _RPM * result.measured_speed.values, **look)
     axis.axhline(_RPM * result.wucht.summary["corrected"]["mean_speed"], **GUIDE)
     axis.set_ylabel("speed of the shaft (rpm)")
     axis.ticklabel_format(axis="y", useOffset=False)
@@ -81,7 +83,7 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
             dots = result.simulated_acceleration.sel(cam=name).values[: len(k)]
             _draw_simulated(axis, k + aside, np.where(dots > lowest, dots, np.nan), name)
     count = result.wucht.summary["above"]["orders"]
-    if k[0] <= count < k[-1]:
+    if count is not None and k[0] <= count < k[-1]:
         axis.axvline(count + 0.5, **GUIDE)
     axis.set(yscale="log", ylim=(lowest, 3 * amplitudes.max()))
     plain_decades(axis.yaxis, alone=True)
@@ -124,14 +126,19 @@ def _drive(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _cuts(axis: Axes, result: xr.Dataset) -> None:
-    cuts, residuals, above = result.cut.values, result.cut_residual.values, result.wucht.summary["above"]
+    cuts, residuals = result.cut.values, result.cut_residual.values
     axis.plot(cuts, residuals, "o-", color=COLOURS[1], linewidth=1.1, markersize=5)
-    if above["law"] > _NOTHING:
-        axis.axhline(above["law"], label="the law itself", **GUIDE)
     axis.set(yscale="log", ylim=decades_about(residuals), xticks=cuts, xlim=(0.5, cuts[-1] + 0.5))
     plain_decades(axis.yaxis, alone=True)
     axis.set_xlabel("cam, cut for the speed with the one before")
-    axis.set_ylabel(f"above order {above['orders']}, over order 1")
+    axis.set_ylabel(_measure(result))
+
+
+def _measure(result: xr.Dataset) -> str:
+    """The measure of an output against its law, as the name of an axis."""
+    above = result.wucht.summary["above"]
+    of = "orders off the law's" if above["orders"] is None else f"above order {above['orders']}"
+    return f"{of}, over order {above.get('reference_order', 1)}"  # results of earlier versions lack it
 
 
 def _law(axis: Axes, result: xr.Dataset) -> None:
@@ -184,16 +191,13 @@ def _excitations(axis: Axes, result: xr.Dataset) -> None:
 
 def _twist(axis: Axes, result: xr.Dataset) -> None:
     """Draw the residual of each cam behind an elastic shaft."""
-    names, residuals, above = result.twisted.values.tolist(), result.twist_residual.values, result.wucht.summary["above"]
+    names, residuals = result.twisted.values.tolist(), result.twist_residual.values
     labels = [
         f"{name}: {100 * x:.3g} %" if x > _CLEAN else f"{name}: nothing" for name, x in zip(names, residuals, strict=True)
     ]
     colours = [_COLOURS.get(name.removesuffix(" cam"), COLOURS[2]) for name in names]
     _bars(axis, residuals, colours, labels, (_CLEAN, max(decades_about(residuals)[1], 1.0)))
-    if above["law"] > _CLEAN:
-        axis.axvline(above["law"], **GUIDE)
-        _annotate_foot(axis, "the law itself", above["law"], -3, ha="right")
-    axis.set_xlabel(f"elastic shaft: above order {above['orders']}, over order 1")
+    axis.set_xlabel(f"elastic shaft: {_measure(result)}")
 
 
 def _bars(axis: Axes, size: np.ndarray, colours: list[str], names: list[str], limits: tuple[float, float]) -> None:

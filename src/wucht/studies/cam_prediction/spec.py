@@ -25,8 +25,7 @@ class CamPrediction(Spec):
         default=720, ge=16, le=100_000, description="number of points over the time and the cam angle of a turn"
     )
     orders: Whole = Field(default=20, ge=1, le=200, description=(
-        "number of harmonics N of a law with infinitely many: orders above N are examined, and the law itself limits how clean "
-        "the motion can be"
+        "of a law with infinitely many orders, a third of those that the result has; all of them are compared with the law's"
     ))  # fmt: skip
     cuts: Whole = Field(default=5, ge=0, le=50, description=(
         "number of cams cut one after the other for comparison, each for the speed measured with the one before"

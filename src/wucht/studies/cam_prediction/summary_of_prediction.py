@@ -8,25 +8,32 @@ from typing import Any
 
 import numpy as np
 
+from wucht.cams.correction import Deviation, compare_orders
 from wucht.cams.prediction import unresolved_share
+from wucht.cams.shaft_motion import ShaftMotion
 from wucht.results.quantities import Quantity, group
 from wucht.studies.cam_prediction.computation import Findings, Plan, ShaftPrediction
 from wucht.studies.cam_prediction.confirmation import Confirmation
 from wucht.studies.cam_prediction.elasticity import RIGID_SHAFT_CAM, TWIST_CAM, Twists
 
-_CLEAN = 1e-6  # of order 1, beyond the law itself: below the accuracy of a workshop
+_CLEAN = 1e-6  # of order 1, and of the stroke: below the accuracy of a workshop
 _SLOW, _DIVERGING = 0.5, 1.0  # inertia ratios
 _ORDER_TOLERANCE = 1e-12  # of the mean speed: smaller orders are not corrected by a cam
 _FLOOR = 1e-9  # residuals below are rounding
 _TWIST_LIMIT = 1e-3  # of order 1: largest acceptable residual behind an elastic shaft
 _UNRESOLVED_LIMIT = 1e-6  # of the mean speed: larger highest orders indicate that further ones are missing
 _DEVIATION_LIMIT = 1e-5  # of the mean speed: prediction and simulation differ
+_LEAST_SHARE, _SAME_MEAN = 0.5, 0.01  # of a record's fluctuation, and of its mean speed: with less, it is another motion
+
+
+def _predictions(f: Findings) -> dict[str, ShaftPrediction]:
+    return {"original": f.original_cam, "corrected": f.corrected_cam}
 
 
 def prediction_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     """Return the numbers of ``summary.json``: the motion of the shaft with the original cam, which moves its output by the law
     over the cam angle, and under ``corrected`` that with the corrected one."""
-    predictions = {"original": f.original_cam, "corrected": f.corrected_cam}
+    predictions = _predictions(f)
     constant, shaft, motion_law = _power(f.constant_speed_power), plan.shaft, plan.motion_law
     powers = {name: _power(one.drive * one.shaft.speed(f.tau)) for name, one in predictions.items()}
     original_quantities, corrected_quantities = (
@@ -36,7 +43,13 @@ def prediction_quantities(plan: Plan, f: Findings) -> list[Quantity]:
         Quantity("speed", _speed_coefficients(f.corrected_cam), "coefficients of the speed, corrected cam", "rad/s")
     )
     driven = "eigenmotion" if plan.driving is None else "enforced" if plan.is_enforced else "drive"
-    above = {"orders": plan.count, "law": f.clean, **{name: one.above for name, one in predictions.items()}}
+    above = {
+        "orders": plan.purity.count,
+        "reference_order": plan.purity.reference,
+        "law": plan.purity.share(plan.purity.target),
+    }
+    above |= {name: one.deviation.orders for name, one in predictions.items()}
+    position_errors = {name: one.deviation.position for name, one in predictions.items()}
     multipliers = {name: _finite_or_none(one.multiplier) for name, one in predictions.items()}
     saving = {key: constant[key] - powers["corrected"][key] for key in ("peak", "mean_positive")}
     ratio_limit = shaft.most_inertia_ratio(motion_law.function)
@@ -50,15 +63,43 @@ def prediction_quantities(plan: Plan, f: Findings) -> list[Quantity]:
         Quantity("driven", driven, "kind of drive of the shaft"),
         *original_quantities,
         group("corrected", corrected_quantities, "the same with the corrected cam"),
-        Quantity("above", above, "largest order of the output's acceleration above N over order 1"),
+        Quantity("above", above, f"acceleration of the output: {plan.purity.name}"),
+        Quantity("position_error", position_errors, "largest distance of the output from its law over time", motion_law.unit),
         Quantity("left_after_a_turn", multipliers, "share of a disturbance of the energy that remains after a turn"),
         Quantity("power", {"constant_speed": constant, **powers}, "power of the drive", "W"),
         Quantity("power_saved", saving, "power that the corrected cam saves against constant speed", "W"),
-        Quantity("cut_residuals", f.cuts.tolist(), "residual above N of cams cut by measurement, one after another"),
-        Quantity("contraction", _contraction(f.cuts, f.clean), "ratio of the residual of each further cam to that before"),
+        Quantity("cut_residuals", f.cuts.tolist(), "the same of cams cut by measurement, one after another"),
+        Quantity("contraction", _contraction(f.cuts), "ratio of the residual of each further cam to that before"),
         Quantity("simulation", _simulation(plan, f), "turns simulated, and the deviation of the speed from the prediction"),
+        _record_group(plan, f),
         *_spring_quantities(plan, f),
     ]
+
+
+def order_deviation_text(s: dict[str, Any]) -> str:
+    """Return what a share is, see ``Purity.share``, in a line of the report that ends with the share."""
+    count = s["above"]["orders"]
+    return "orders off the law's by" if count is None else f"orders above {count}:"
+
+
+def _record_group(plan: Plan, f: Findings) -> Quantity:
+    description, record = "record of the speed beside the prediction", plan.record
+    if record is None:
+        return Quantity("record", None, description)
+    shares = {name: _explained_share(record, one.shaft) for name, one in _predictions(f).items()}
+    numbers = [
+        Quantity("mean_speed", record.mean, "mean speed of the record", "rad/s"),
+        Quantity("fluctuation", record.fluctuation, "its fluctuation as a share of its mean"),
+        Quantity("speed_orders", record.speed.amplitudes.tolist(), "amplitudes of its orders", "rad/s"),
+        Quantity("explained", shares, "share of its fluctuation that the prediction explains, at the phase that fits best"),
+    ]
+    return group("record", numbers, description)
+
+
+def _explained_share(record: ShaftMotion, prediction: ShaftMotion) -> float:
+    """Return the share of the mean square of a record's fluctuation that a prediction explains, at the best phase."""
+    is_even = not record.speed.amplitudes.any()
+    return 0.0 if is_even else compare_orders(record.speed, prediction.speed).best_delay[1]
 
 
 def _shaft_quantities(one: ShaftPrediction, mean_power: float, cam: str) -> list[Quantity]:
@@ -102,7 +143,7 @@ def _spring_quantities(plan: Plan, f: Findings) -> list[Quantity]:
     if f.twists is not None:
         twists = [asdict(c) for c in f.twists.cams]
     of_shaft = {
-        "above": ("largest order above N over order 1", ""),
+        "above": (plan.purity.name, ""),
         "torque": ("largest torque in the shaft", "N m"),
         "twist": ("largest twist", "rad"),
     }
@@ -129,9 +170,9 @@ def _finite_or_none(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _contraction(cuts: np.ndarray, clean: float) -> float | None:
+def _contraction(cuts: np.ndarray) -> float | None:
     """Return the ratio of the last two residuals of cams cut one after the other that exceed rounding."""
-    above = cuts[cuts > _FLOOR + 2 * clean]
+    above = cuts[cuts > _FLOOR]
     return float(above[-1] / above[-2]) if len(above) > 1 else None
 
 
@@ -141,9 +182,8 @@ def _simulation(plan: Plan, f: Findings) -> dict[str, Any] | None:
 
 
 def _confirmation_numbers(plan: Plan, one: Confirmation) -> dict[str, float | str | None]:
-    amplitudes = one.acceleration.amplitudes
-    above = amplitudes[plan.count :].max(initial=0.0) / amplitudes[0] if len(amplitudes) else math.nan
-    return {"deviation": _finite_or_none(one.deviation), "above": _finite_or_none(float(above)), "failure": one.failure}
+    above = math.nan if one.failure else plan.purity.share(one.acceleration)
+    return {"deviation": _finite_or_none(one.deviation), "above": _finite_or_none(above), "failure": one.failure}
 
 
 def verdict(plan: Plan, s: dict[str, Any]) -> tuple[str, str]:
@@ -156,31 +196,42 @@ def verdict(plan: Plan, s: dict[str, Any]) -> tuple[str, str]:
             ("not clean", f"NOT CLEAN on the elastic shaft: {twists}; {drive_clause}") if twists else ("enforced", drive_clause)
         )
     above, fluctuates = s["above"], f"fluctuates by {_percent_text(s['corrected']['fluctuation'])}"
-    label, finding = _rigid_shaft_verdict(s)
+    label, finding = _rigid_shaft_verdict(plan, s)
     shaft = f"on a shaft that {fluctuates}"
     if label == "clean" and twists:
         label, finding, shaft = "not clean", twists, f"on the elastic shaft that {fluctuates}"
-    before = f"the original one leaves {_percent_text(above['original'])} of order 1"
+    before = f"the original one leaves {_brief_share_text(s, above['original'])}"
     return label, f"{label.upper()} {shaft}: {finding}" + (f", {before}" if label == "clean" else "")
 
 
-def _rigid_shaft_verdict(s: dict[str, Any]) -> tuple[str, str]:
+def _rigid_shaft_verdict(plan: Plan, s: dict[str, Any]) -> tuple[str, str]:
     """Return the label of the corrected cam, and its residual."""
-    above, orders = s["above"], f"orders above {s['above']['orders']}"
-    clean, law_share = above["law"] + _CLEAN, _percent_text(above["law"])
-    if not above["corrected"] <= clean:
-        return "not clean", f"{orders} are {_percent_text(above['corrected'])} of order 1 with the corrected cam"
-    residual = f"nothing in {orders}" if above["law"] <= _CLEAN else f"{law_share} of order 1 in {orders} as the law itself"
+    above, error = s["above"]["corrected"], s["position_error"]["corrected"]
+    if not plan.purity.is_clean(Deviation(above, error), _CLEAN):
+        off = f", its position is off by {_percent_text(error / plan.purity.stroke)} of the stroke"
+        return "not clean", f"the corrected cam leaves {_order_share_text(s, above)}{off}"
     grows, simulated_share = s["left_after_a_turn"]["corrected"], s["simulation"] and s["simulation"]["corrected"]["above"]
     if grows is not None and grows > 1:
         unstable = f"but this motion is not stable: a disturbance grows {grows:.4g}-fold in a turn"
-        return "not clean", f"the corrected cam would leave {residual}, {unstable}"
-    if simulated_share is not None and simulated_share > clean:
-        return (
-            "not confirmed",
-            f"by prediction the corrected cam leaves {residual}, by simulation {_percent_text(simulated_share)} of order 1",
-        )
-    return "clean", f"the corrected cam leaves {residual}"
+        return "not clean", f"the corrected cam would leave {_order_share_text(s, 0.0)}, {unstable}"
+    if simulated_share is not None and simulated_share > _CLEAN:
+        simulation = f"by simulation {_brief_share_text(s, simulated_share)}"
+        return "not confirmed", f"by prediction the corrected cam leaves {_order_share_text(s, 0.0)}, {simulation}"
+    return "clean", f"the corrected cam leaves {_order_share_text(s, 0.0)}"
+
+
+def _brief_share_text(s: dict[str, Any], share: float) -> str:
+    """Return the same where the measure has been named."""
+    off = "orders off by up to " if s["above"]["orders"] is None else ""
+    return f"{off}{_percent_text(share)} of order {s['above']['reference_order']}"
+
+
+def _order_share_text(s: dict[str, Any], share: float) -> str:
+    """Return what a cam leaves by the measure, in words: 1.2 % of order 1 in orders above 5, or orders off the law's."""
+    above, share_text = s["above"], f"{_percent_text(share)} of order {s['above']['reference_order']}"
+    if above["orders"] is None:
+        return f"orders off the law's by up to {share_text}" if share > _CLEAN else "no order off the law's"
+    return f"{share_text if share > _CLEAN else 'nothing'} in orders above {above['orders']}"
 
 
 def _twist_finding(s: dict[str, Any]) -> str:
@@ -189,12 +240,9 @@ def _twist_finding(s: dict[str, Any]) -> str:
         return ""
     residuals = {one["name"]: one["above"] for one in s["shaft"]}
     residual = residuals.get(RIGID_SHAFT_CAM, math.inf)
-    if residual <= s["above"]["law"] + _TWIST_LIMIT:
+    if residual <= _TWIST_LIMIT:
         return ""
-    finding = (
-        f"the cam corrected for a rigid shaft leaves {_percent_text(residual)} of order 1 in orders above "
-        f"{s['above']['orders']}"
-    )
+    finding = f"the cam corrected for a rigid shaft leaves {_order_share_text(s, residual)}"
     if RIGID_SHAFT_CAM not in residuals:
         finding = "no periodic motion was obtained with the cam corrected for a rigid shaft"
     if TWIST_CAM not in residuals:
@@ -245,7 +293,8 @@ def warnings(plan: Plan, f: Findings, s: dict[str, Any]) -> list[str]:
         if not one.deviation <= _DEVIATION_LIMIT:
             notes.append(f"the simulation with the {name} cam {one.failure or _departure_text(one, turning)}")
     notes += [] if f.vibrations is None else f.vibrations.notes
-    return notes + ([] if f.twists is None else _twist_warnings(plan, f.clean, f.twists))
+    notes += _record_warnings(s)
+    return notes + ([] if f.twists is None else _twist_warnings(s, f.twists))
 
 
 def _departure_text(one: Confirmation, turning: ShaftPrediction) -> str:
@@ -260,11 +309,29 @@ def _departure_text(one: Confirmation, turning: ShaftPrediction) -> str:
     return f"departs from the prediction by {_percent_text(one.deviation)} of the speed{reason}"
 
 
-def _twist_warnings(plan: Plan, law: float, twists: Twists) -> list[str]:
-    """Return the warnings on an elastic shaft. law: orders of the law itself above N, over order 1."""
-    residuals = [one.above for one in twists.cams if one.name == RIGID_SHAFT_CAM and one.above > law + _TWIST_LIMIT]
-    rigid = f"in orders above {plan.count} the cam for the rigid shaft, that of this result, leaves"
-    return [*(f"elastic shaft: {rigid} {_percent_text(share)} of order 1" for share in residuals), *twists.notes]
+def _record_warnings(s: dict[str, Any]) -> list[str]:
+    """Return a warning where the record of the speed is not that of the prediction with either cam."""
+    if (record := s["record"]) is None:
+        return []
+    (name, share), mean = max(record["explained"].items(), key=lambda one: one[1]), record["mean_speed"]
+    prediction = s if name == "original" else s["corrected"]
+    if share >= _LEAST_SHARE and abs(prediction["mean_speed"] / mean - 1) <= _SAME_MEAN:
+        return []
+    record_clause = (
+        f"the record of the speed has a mean of {mean:.4g} rad/s and fluctuates by {_percent_text(record['fluctuation'])}"
+    )
+    prediction_clause = f"{prediction['mean_speed']:.4g} rad/s and {_percent_text(prediction['fluctuation'])}"
+    return [
+        f"{record_clause}, the prediction with the {name} cam has {prediction_clause}: check the inertias, the drive and the "
+        "loads of [shaft], or correct the cam for the measured speed by cam-correction"
+    ]
+
+
+def _twist_warnings(s: dict[str, Any], twists: Twists) -> list[str]:
+    """Return the warnings on an elastic shaft."""
+    residuals = [one.above for one in twists.cams if one.name == RIGID_SHAFT_CAM and one.above > _TWIST_LIMIT]
+    rigid = "elastic shaft: the cam for the rigid shaft, that of this result, leaves"
+    return [*(f"{rigid} {_order_share_text(s, share)}" for share in residuals), *twists.notes]
 
 
 def _instability_warning(name: str, one: ShaftPrediction) -> str:
