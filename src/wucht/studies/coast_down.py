@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
@@ -26,11 +26,15 @@ from wucht.dynamics.run_ups.coasting import (
     vibrating_state,
     without_drives,
 )
+from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.initial_state import angles_in, format_phases, machine_in_state
 from wucht.dynamics.run_ups.operating_state import states_in_configurations
+from wucht.dynamics.run_ups.run_up import RunUpCase, verdict_at_end
 from wucht.dynamics.run_ups.steady_phases import HELD_HINT, BodyPhases
 from wucht.dynamics.verdicts.noise import Noise
+from wucht.dynamics.verdicts.observation import MotionObserver, speed_at_largest
 from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.changes import release_events
@@ -39,6 +43,7 @@ from wucht.machines.operation import axis_at_rest, natural_frequencies
 from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integration import integrate
+from wucht.numerics.flow.trajectory import Trajectory
 from wucht.plots.scales import name_speeds, printed_values
 from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, GREY, line_style, mark_levels
@@ -111,7 +116,7 @@ class SingleCoastDown:
     rest without being given so. bodies: kind of start of the balancing bodies; phases: their phases to the rotor. label: of
     the configuration in which several rotors start, empty without one. start_speed: of the main rotor. limit: latest end.
     step: between samples. stride: between rows of the result, initially. energy: scale of the works. rest_position: of the
-    axis. events: the rotor turns back, and locked bodies are released.
+    axis. events: the rotor turns back, and locked bodies are released. observer: of the motion, for its outcome.
     """
 
     spec: CoastDown
@@ -129,6 +134,12 @@ class SingleCoastDown:
     energy: float
     rest_position: Mapping[str, float]
     events: tuple[Event, ...]
+    observer: MotionObserver
+
+    def verdict(self, record: Record) -> Verdict:
+        """The verdict on the motion so far: the criteria are those of a run-up."""
+        assert record.observation is not None
+        return verdict_at_end(self.machine, record.observation, record.end)
 
 
 @dataclass(frozen=True)
@@ -181,6 +192,7 @@ def _one_run(spec: CoastDown, coasting: Machine, initial: np.ndarray, bodies: Bo
         stride=turn if spec.until is None else limit / _ROWS, energy=energy_scale(coasting),
         rest_position=axis_at_rest(coasting),
         events=(Event(REVERSAL, velocity, -1 if start_speed > 0 else 1), *release_events(coasting)),
+        observer=RunUpCase.from_state(coasting, initial, RunSettings(spec.until, tolerance=spec.tolerance)).observer,
     )  # fmt: skip
 
 
@@ -193,6 +205,7 @@ SAMPLES_A_LEG = 20_480
 SLOW = 0.01  # of the speed at the start: without `until` the run ends below it
 _STILL = 1e-4  # likewise, after the rotor has turned back
 _ENOUGH_SWINGS = 20
+_AT_REST = (Outcome.STOPPED, Outcome.OSCILLATING)
 
 Coasting = tuple[Record, CompiledSystem]  # the record so far, and the integrated system
 Findings = tuple[Coasting, ...]  # of the runs so far
@@ -214,8 +227,9 @@ def _descend(plan: SingleCoastDown, work: Work) -> Iterator[Coasting]:
     """Integrate one run; yield the record after each leg."""
     flow = compile_system(plan.machine.system, plan.spec.tolerance, plan.events, plan.spec.engine)
     start = integrate(flow, plan.initial, plan.machine.values, np.zeros(1))
-    record = Record(start_speed=plan.start_speed, stride=plan.stride, end=start)
-    yield record.update(reduce_leg(plan.machine, plan.rest_position, flow, record, start)), flow
+    record = Record(start_speed=plan.start_speed, stride=plan.stride, end=start, observation=plan.observer.begin())
+    record = record.update(_reduce_and_observe(plan, flow, record, start))
+    yield record, flow
     while not _has_ended(plan, record):
         record = record.update(work.unit(f"leg {record.legs + 1}", partial(_leg, plan, flow, record, work)))
         yield record, flow
@@ -227,7 +241,14 @@ def _leg(plan: SingleCoastDown, flow: CompiledSystem, before: Record, work: Work
     count = max(1, min(SAMPLES_A_LEG, round((plan.limit - last.end_time) / plan.step)))
     grid = last.end_time + plan.step * np.arange(count + 1)
     t = integrate(flow, last.end_state, last.final_parameter_values, grid, partial(_report, plan, work), plan.energy)
-    return reduce_leg(plan.machine, plan.rest_position, flow, before, t.reraise_interrupt())
+    return _reduce_and_observe(plan, flow, before, t.reraise_interrupt())
+
+
+def _reduce_and_observe(plan: SingleCoastDown, flow: CompiledSystem, before: Record, t: Trajectory) -> Descent:
+    """Reduce a leg to its record, and observe it."""
+    assert before.observation is not None
+    leg = reduce_leg(plan.machine, plan.rest_position, flow, before, t)
+    return replace(leg, observation=plan.observer.update(before.observation, t))
 
 
 def _report(plan: SingleCoastDown, work: Work, time: float) -> None:
@@ -243,12 +264,12 @@ def _has_ended(plan: SingleCoastDown, record: Record) -> bool:
         return False
     rows, start_speed = record.rows, abs(record.start_speed)
     if record.reversals:
-        return len(record.reversals) >= _ENOUGH_SWINGS or abs(rows["max_speed"][-1]) < _STILL * start_speed
+        is_enough = len(record.reversals) >= _ENOUGH_SWINGS or abs(rows["max_speed"][-1]) < _STILL * start_speed
+        return is_enough and plan.verdict(record).outcome in _AT_REST
     return bool(record.turns.size) and abs(rows["speed"][-1]) < SLOW * start_speed
 
 
-AT_REST = 1e-4  # of the speed at the start
-_LAST = 0.1  # share of the run from which the outcome is determined
+_LAST = 0.1  # share of the run over which the speeds at the end are taken
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
@@ -297,7 +318,7 @@ class _RunResult:
         work, noise = rows["dissipated_work"], Noise.of(plan.spec.tolerance).angle * record.balance.scale
         if np.abs(work).max(initial=0.0) <= noise:  # of a rotor that nothing brakes, whose speed drifts by rounding
             rows["dissipated_work"] = np.zeros_like(work)
-        return cls(plan, record, rows, *_ending(record, plan.machine.units.speed))
+        return cls(plan, record, rows, *_ending(plan, record))
 
     @property
     def outcome(self) -> str | None:
@@ -318,7 +339,8 @@ def _configuration_quantities(machine: Machine, runs: Sequence[_RunResult]) -> l
         "configuration": ("configuration in which the rotors start", ""), "outcome": ("outcome", ""),
         "start_speed": ("speed of the main rotor at the start", units.speed),
         "half_time": ("time after which the speed has halved", units.time), "end_time": ("time at the end", units.time),
-        "peak_amplitude": ("largest amplitude of the axis", orbit), "peak_speed": ("speed of the rotor there", units.speed),
+        "peak_amplitude": ("largest amplitude of the axis", orbit),
+        "peak_speed": ("mean speed of the rotor over the turn there", units.speed),
     }  # fmt: skip
     quantities = table("configurations", rows, "the run from each stable synchronous configuration", parts)
     if len(runs) == 1:
@@ -365,7 +387,8 @@ def _course_quantities(plan: SingleCoastDown, record: Record, rows: Mapping[str,
     """Times of the coast-down, number of turns, and largest vibration."""
     units, largest = plan.machine.units, int(rows["amplitude"].argmax())
     turns, amplitude = float(rows["angle"][-1] - rows["angle"][0]) / (2 * math.pi), float(rows["amplitude"][largest])
-    peak_speed, residual = float(rows["speed"][largest]) if amplitude else None, float(rows["energy_residual"].max())
+    observation, residual = record.observation, float(rows["energy_residual"].max())
+    peak_speed = speed_at_largest(plan.machine, observation) if amplitude and observation is not None else None
     back, length = next(iter(record.reversals), None), plan.machine.orbit_unit
     return [
         Quantity("start_speed", record.start_speed, "speed of the rotor at the start", units.speed, headline=True),
@@ -375,7 +398,7 @@ def _course_quantities(plan: SingleCoastDown, record: Record, rows: Mapping[str,
         Quantity("turns", turns, "number of turns"),
         Quantity("carrier_start", str(plan.carrier), "start of the carrier"),
         Quantity("peak_amplitude", amplitude, "largest amplitude of the axis", length, headline=True),
-        Quantity("peak_speed", peak_speed, "speed of the rotor there", units.speed),
+        Quantity("peak_speed", peak_speed, "mean speed of the rotor over the turn there", units.speed),
         Quantity("energy_residual", residual, "largest relative error of the energy balance"),
     ]
 
@@ -421,13 +444,13 @@ def _carrier_assumptions(plan: SingleCoastDown) -> list[str]:
     return [f"the carrier starts {at_first}"]
 
 
-def _ending(record: Record, unit: str) -> tuple[str, list[Quantity]]:
-    """The end of the run, in words and numbers, from its last tenth, or from the first reversal on if that is shorter.
+def _ending(plan: SingleCoastDown, record: Record) -> tuple[str, list[Quantity]]:
+    """The end of the run, in words and numbers; speeds over its last tenth, or from the first reversal on if that is shorter.
 
-    ``failed``: the integration failed. ``stopped``: below a ten-thousandth of the speed at the start. ``oscillating``: turned
-    back at least twice, over less than a turn. Otherwise there is no outcome: the rotor still turns, or creeps.
+    ``failed``, ``stopped`` and ``oscillating`` are those of a run-up. Otherwise there is no outcome: the rotor still turns, or
+    its swing may yet die out.
     """
-    time, start = record.rows["time"], abs(record.start_speed)
+    time, start, unit = record.rows["time"], abs(record.start_speed), plan.machine.units.speed
     since = time[-1] - _LAST * (time[-1] - time[0])
     if record.reversals:
         since = min(max(since, record.reversals[0]), float(time[-2]))
@@ -437,13 +460,9 @@ def _ending(record: Record, unit: str) -> tuple[str, list[Quantity]]:
     mean = float((late["angle"][-1] - late["angle"][0]) / duration) if duration else float(late["speed"][-1])
     speed = mean if record.reversals or not record.turns.size else record.turns[1, -1]
     turning = "the rotor has turned back" if record.reversals else "the rotor still turns"
-    outcome, sentence = None, f"{turning}, at {100 * abs(speed / start):.3g} % of its speed at the start"
-    if record.end.failure:
-        outcome = Outcome.FAILED
-    elif max(abs(low), abs(high)) <= AT_REST * start:
-        outcome = Outcome.STOPPED
-    elif len(record.reversals) >= 2 and np.ptp(late["angle"]) < 2 * math.pi:
-        outcome = Outcome.OSCILLATING
+    sentence = f"{turning}, at {100 * abs(speed / start):.3g} % of its speed at the start"
+    verdict = Outcome.FAILED if record.end.failure else plan.verdict(record).outcome
+    outcome = verdict if verdict in (Outcome.FAILED, *_AT_REST) else None
     ending = outcome.sentence if outcome else sentence
     return ending, [
         Quantity("outcome", outcome and str(outcome), "outcome"),
@@ -474,7 +493,8 @@ def report(result: xr.Dataset) -> list[str]:
     lines.add("halved", "not within this time" if s["half_time"] is None else "after {half_time:.5g}")
     lines.add("turns back", "at {reversal_time:.6g}")
     lines.add("turned", "{turns:.5g} times in {end_time:.5g}")
-    lines.add("amplitude", f"{{peak_amplitude}} at most, at {{peak_speed}}; {_STARTS[s['carrier_start']]}")
+    there = "" if s["peak_speed"] is None else ", at {peak_speed}"
+    lines.add("amplitude", f"{{peak_amplitude}} at most{there}; {_STARTS[s['carrier_start']]}")
     lines.add("energy", "balance closed to {energy_residual:.1e}")
     return lines.report(f"{s['outcome'].upper()}: {s['sentence']}" if s["outcome"] else s["sentence"])
 
