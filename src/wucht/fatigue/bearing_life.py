@@ -61,6 +61,8 @@ class BearingDuty:
         The angle in rad that the bearing has turned through, forwards or backwards.
     power : float
         Integral of |F|^p over that angle.
+    place, least, greatest : float
+        Angle in rad at the end, from where it began, and the limits of it.
 
     Examples
     --------
@@ -81,6 +83,9 @@ class BearingDuty:
     time: float = 0.0
     angle: float = 0.0
     power: float = 0.0
+    place: float = 0.0
+    least: float = 0.0
+    greatest: float = 0.0
 
     def update(self, time: np.ndarray, force: np.ndarray, speed: np.ndarray) -> BearingDuty:
         """Return the duty after a further part of the motion: time, size of the force, speed in rad/s, all (N,)."""
@@ -88,9 +93,12 @@ class BearingDuty:
         if not edges[0] < edges[1]:
             return self
         rate = np.abs(speed)
-        integral = _integrals(time, *edges)
+        integral, course = _integrals(time, *edges), self.place + _angle_over(time, speed, *edges)
         return replace(
             self,
+            place=float(course[-1]),
+            least=min(self.least, float(course.min())),
+            greatest=max(self.greatest, float(course.max())),
             time=self.time + edges[1] - edges[0],
             angle=self.angle + integral(rate),
             power=self.power + integral(np.abs(force) ** self.exponent * rate),
@@ -98,11 +106,16 @@ class BearingDuty:
 
     @property
     def equivalent_load(self) -> float | None:
-        """P, under which as many revolutions are endured as under the load itself; None of a bearing that has not turned.
+        """P, under which as many revolutions are endured as under the load itself; None of a bearing that makes no turn.
 
         P^p is the mean of |F|^p over the revolutions: damages of single revolutions add up.
         """
-        return (self.power / self.angle) ** (1 / self.exponent) if self.angle > 0 else None
+        return (self.power / self.angle) ** (1 / self.exponent) if self.turns else None
+
+    @property
+    def turns(self) -> bool:
+        """True if the bearing makes a full turn: what merely swings wears in another way."""
+        return self.greatest - self.least >= 2 * math.pi
 
     @property
     def speed(self) -> float:
@@ -119,6 +132,13 @@ def mean_over_time(time: np.ndarray, values: np.ndarray, begin: float, end: floa
     """Return the mean of a sampled signal, time and values (N,), between two times within it."""
     begin, end = max(begin, float(time[0])), min(end, float(time[-1]))
     return _integrals(time, begin, end)(values) / (end - begin) if begin < end else float(values[-1])
+
+
+def _angle_over(time: np.ndarray, speed: np.ndarray, begin: float, end: float) -> np.ndarray:
+    """Return the angle (K,) turned through since a time, at the samples until another one; speed (N,) at times (N,)."""
+    places = np.concatenate([[begin], time[(time > begin) & (time < end)], [end]])
+    speeds = np.interp(places, time, speed)
+    return np.append(0.0, np.cumsum(np.diff(places) * (speeds[1:] + speeds[:-1]) / 2))
 
 
 def _integrals(time: np.ndarray, begin: float, end: float) -> Callable[[np.ndarray], float]:

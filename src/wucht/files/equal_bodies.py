@@ -124,4 +124,6 @@ def _expand_group(description: Document, location: str) -> list[Document]:
     if equal.count * width > 2 * math.pi:
         explanation = f"must be at most {int(2 * math.pi / width)}: more do not fit on the track"
         raise InputError(f"{location}.count", equal.count, explanation, code="limits")
+    if body.track is not None and "start" not in equal.model_fields_set:  # a track spaces its bodies evenly, unless they hang
+        return [one | {"name": f"{body.name}{k}"} for k in range(1, equal.count + 1)]
     return [one | {"name": f"{body.name}{k}", "start": angle} for k, angle in enumerate(equal.angles(width), 1)]

@@ -26,6 +26,7 @@ from wucht.schema import SI, Composite, composite, si
 from wucht.studies.motion_variables import natural_vibrations
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import BalancingBodies, Interval, Spec, Start, Whole
+from wucht.studies.starting_variables import add_starting_line, starting_quantities, statements_not_started
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -118,8 +119,9 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Build the Dataset of a torque balance."""
-    sentence = _sentence(plan, findings)
+    sentence = "; ".join([_sentence(plan, findings), *statements_not_started(plan.steady.machine)])
     quantities = [*_curve_quantities(plan), *_point_quantities(plan, findings), *_machine_quantities(plan)]
+    quantities += starting_quantities(plan.steady.machine)
     rotor, is_one_of_several = plan.curves[0].rotor.name, len(plan.steady.machine.rotors) > 1
     assumptions = [*plan.steady.assumptions, *([f"torques on the shaft of {rotor}"] if is_one_of_several else [])]
     return result_dataset(quantities, sentence, _warnings(plan, findings) + plan.steady.warnings, assumptions)
@@ -256,6 +258,7 @@ def report(result: xr.Dataset) -> list[str]:
             kind, f"{{speed}}{{bodies}}: {{torque}}{slip}; {_drive(point)}", point, "working_points", bodies=_bodies(point)
         )
     lines.add("free", "{free_speed} without vibration")
+    add_starting_line(lines, summary)
     lines.add("breakdown", "{breakdown.torque} at {breakdown.speed}, slip {breakdown.slip:%}")
     lines.add("resonance", "{natural_frequencies}")
     return lines.report(summary["sentence"])

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from wucht.dynamics.live_machine import export_obstacles
+from wucht.dynamics.run_ups.hanging_start import with_default_start
 from wucht.dynamics.run_ups.initial_state import owners
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.errors import InputError
@@ -143,7 +144,7 @@ def study_page(study_file: StudyFile, page_text: PageText, is_judged: bool) -> s
         page_text,
         machine="" if description is None else toml_text({"title": machine.title, "machine": description}),
         study=_study_text(study_file),
-        start=_start_text(start),
+        start=_start_text(with_default_start(machine, start)),  # as shown, whatever is changed in the page
         start_of_parts=_start_text({name: start[name] for name in owners(machine) if name in start}),
         verdict=None if judgement is None else (judgement.label, judgement.sentence),
         file_keys=None if machine.dimensionless or description is None else given_keys(description),

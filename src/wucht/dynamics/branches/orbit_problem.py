@@ -12,6 +12,7 @@ from wucht.analysis.averaged_equations import AveragedEquations, averaged_equati
 from wucht.analysis.sections import Section, section_of
 from wucht.dynamics.branches.plane_regions import Range
 from wucht.dynamics.branches.steady_states import Labels
+from wucht.dynamics.run_ups.hanging_start import with_default_start
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in
 from wucht.errors import InputError, nearest
 from wucht.files.user_system import UserSystem
@@ -127,7 +128,7 @@ def _machine_problem(settings: OrbitSettings, machine: Machine, path: str, bound
 
     def initial(value: float) -> np.ndarray:
         at = steady.with_unchecked_values({path: value})
-        state = initial_state(at, settings.start)
+        state = initial_state(at, with_default_start(at, settings.start))
         averaged_equations = averaged_equations_of(at, inertia)
         whole = averaged_equations.state(angles_in(at, state), speeds_in(at, state))
         return whole if part is None else np.linalg.lstsq(part.embedding, whole, rcond=None)[0]

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from wucht.analysis.averaged_equations import AveragedEquations, FullMotion, averaged_equations_of
+from wucht.dynamics.run_ups.hanging_start import with_default_start
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in
 from wucht.dynamics.run_ups.machine_signals import machine_signal
 from wucht.fatigue.counted_cycles import LoadCycles
@@ -85,7 +86,7 @@ class Rig:
 
     def beat(self, machine: Machine) -> Beat:
         """Return the beat of an exciter. Raises ``InputError`` without averaged equations, or without the signal."""
-        state = initial_state(machine, self.start)
+        state = initial_state(machine, with_default_start(machine, self.start))
         averaged_equations = averaged_equations_of(machine, self.inertia)
         result = self._find_repetition(
             averaged_equations, averaged_equations.state(angles_in(machine, state), speeds_in(machine, state))

@@ -123,8 +123,17 @@ def loads_at_end(machine: Machine, motion: Trajectory, window: tuple[float, floa
     }
 
 
-def heavy_load_warnings(lives: Mapping[str, BearingLife]) -> list[str]:
-    """Return a warning for each bearing whose load is beyond what ISO 281 covers."""
+def bearing_warnings(lives: Mapping[str, BearingLife]) -> list[str]:
+    """Return a warning of the bearings that make no turn, and for each whose load is beyond what ISO 281 covers."""
+    still = [repr(name) for name, life in lives.items() if life.load is None]
+    no_life = f"no bearing life of {', '.join(still)}: {'it makes' if len(still) == 1 else 'they make'} no full turn"
+    return [
+        *([no_life] if still else []),
+        *_heavy_load_warnings(lives),
+    ]
+
+
+def _heavy_load_warnings(lives: Mapping[str, BearingLife]) -> list[str]:
     return [
         f"the equivalent load of the bearing of {name!r}, {life.load:.4g} N, is more than half of its rating C = "
         f"{life.rating:.4g} N: ISO 281 does not cover it; choose a larger bearing or consult its manufacturer"

@@ -194,7 +194,7 @@ class Horizon:
         """True if a run without an end time may end: it has settled, or will never make the requested turns."""
         if self.until_settled:
             return verdict.settled_within(_SETTLED_TOLERANCE)
-        return verdict.outcome in (Outcome.STOPPED, Outcome.OSCILLATING)
+        return verdict.outcome in (Outcome.STOPPED, Outcome.OSCILLATING, Outcome.NOT_STARTED)
 
     def limit_warnings(self, end: float, verdict: Verdict, unit: str) -> tuple[str, ...]:
         """Return a sentence if a run until settled was ended at its limit without having settled. unit: of its end time."""

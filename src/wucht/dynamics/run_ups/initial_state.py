@@ -70,10 +70,11 @@ _NOT_ALLOWED = "not allowed: the drive prescribes this body's motion (its angle 
 
 
 def initial_state(machine: Machine, start: Mapping[str, Any], location: str = "study.start") -> np.ndarray:
-    """Return the initial state of a machine's System.
+    """Return the initial state of a machine's System in which some of its quantities are given.
 
-    Bodies not named start at rest at the angle that the machine gives them, else at 0; those of a track of which none is named
-    or has an angle evenly spaced; those about a body whose speed is prescribed start with that speed. Internal states of parts
+    A study that starts from rest gives those of ``hanging_start`` where its file gives none. Bodies not named start at rest at
+    the angle that the machine gives them, else at 0; those of a track of which none is named or has an angle evenly spaced;
+    those about a body whose speed is prescribed start with that speed. Internal states of parts
     that are not named start at 0.
 
     Parameters

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from wucht.dynamics.run_ups.hanging_start import with_default_start
 from wucht.dynamics.run_ups.horizon import SPEED_LIMIT, Grid, Horizon, RunSettings
 from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
 from wucht.dynamics.run_ups.observed_integration import Leg, ObservedIntegration
@@ -57,7 +58,7 @@ class RunUpCase:
         ----------
         machine : Machine
         start : mapping
-            As for ``initial_state``.
+            As for ``initial_state``; empty for a start at rest, hanging under gravity: ``hanging_start``.
         settings : RunSettings
 
         Returns
@@ -175,7 +176,7 @@ def run_to_end(machine: Machine, start: Mapping[str, Any], settings: RunSettings
     ----------
     machine : Machine
     start : mapping
-        Angles and speeds as in ``[study] start`` of a file, in SI: ``{"p1": 0.3}``.
+        Angles and speeds as in ``[study] start`` of a file, in SI: ``{"p1": 0.3}``; empty: at rest, hanging under gravity.
     settings : RunSettings, optional
         By default the full equations until the machine has settled.
 
@@ -239,7 +240,7 @@ def prepare_start(
 
     end: of the run. Raises ``InputError`` where the start does not fit the machine, or where nothing would turn.
     """
-    initial = initial_state(machine, start)
+    initial = initial_state(machine, with_default_start(machine, start))
     machine = machine_in_state(machine, initial)
     prescribed_coordinates, at = (
         [b.coordinate for b in machine.bodies if b.coordinate.prescribed_velocity is not None],

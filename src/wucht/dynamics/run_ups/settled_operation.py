@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from wucht.analysis.starting import starts_from_rest
 from wucht.analysis.working_points import creep_speed, is_held_at_rest
+from wucht.dynamics.run_ups.hanging_start import with_default_start
 from wucht.dynamics.run_ups.horizon import Horizon, RunSettings
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.motion_courses import MotionCourse
@@ -24,7 +26,8 @@ from wucht.numerics.flow.events import Event
 
 _BEFORE_ROWS = 60  # of the course before
 REST = "rest"
-NO_OPERATION = (Outcome.STOPPED, Outcome.OSCILLATING, Outcome.RUNAWAY, Outcome.UNIDENTIFIED, Outcome.FAILED)
+_AT_REST = (Outcome.NOT_STARTED, Outcome.STOPPED, Outcome.OSCILLATING)
+NO_OPERATION = (*_AT_REST, Outcome.RUNAWAY, Outcome.UNIDENTIFIED, Outcome.FAILED)
 
 
 def case_from_state(machine: Machine, state: np.ndarray, settings: RunSettings) -> RunUpCase:
@@ -60,9 +63,9 @@ class EndState:
     advice: str | None = None
 
     @classmethod
-    def at_rest(cls, machine: Machine, end: float) -> EndState:
-        """The end of a run that dry friction has stopped."""
-        return cls(str(Outcome.STOPPED), (0.0,) * len(machine.rotors), (), 0.0, end)
+    def at_rest(cls, machine: Machine, end: float, outcome: Outcome = Outcome.STOPPED) -> EndState:
+        """The end of a run in which nothing turns, as dry friction holds it."""
+        return cls(str(outcome), (0.0,) * len(machine.rotors), (), 0.0, end)
 
     @classmethod
     def of(cls, motion: Motion) -> EndState:
@@ -115,7 +118,9 @@ class SettledOperation:
     def at_rest(cls, machine: Machine, state: np.ndarray) -> SettledOperation:
         """A machine that does not turn."""
         course = MotionCourse(np.zeros(1), np.zeros((len(machine.rotors), 1)), np.zeros(1))
-        return cls(state, EndState.at_rest(machine, 0.0), course, {})
+        is_held = any(start.is_held for start in starts_from_rest(machine).values())
+        outcome = Outcome.NOT_STARTED if is_held else Outcome.STOPPED
+        return cls(state, EndState.at_rest(machine, 0.0, outcome), course, {})
 
     @classmethod
     def of(cls, motion: Motion, turns: float, working_point: float | None = None) -> SettledOperation:
@@ -149,11 +154,11 @@ def operation_of(
     steady, operation = machine_after_schedules(machine), None
     if has_speed or not is_held_at_rest(steady):
         operation = SettledOperation.of(last_motion(RunUpCase.of(machine, start, settings), work.part("", 0.0, 0.5)), turns)
-        if has_speed or operation.end.outcome not in (Outcome.STOPPED, Outcome.OSCILLATING):
+        if has_speed or operation.end.outcome not in _AT_REST:
             return operation
     place = state_at_working_point(steady, start, lambda: work.report(0.5, "working points"))
     if place is None:
-        return operation or SettledOperation.at_rest(steady, initial_state(steady, start))
+        return operation or SettledOperation.at_rest(steady, initial_state(steady, with_default_start(steady, start)))
     state, speed = place
     return SettledOperation.of(
         last_motion(case_from_state(steady, state, settings), work.part("working point/", 0.5, 1.0)), turns, speed

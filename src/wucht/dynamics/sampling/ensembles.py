@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from wucht.dynamics.run_ups.hanging_start import with_default_start
 from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
 from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.dynamics.run_ups.run_up_models import slow_model
@@ -134,7 +135,8 @@ def initial_states(
         parameters = tuple(x for v, x in zip(quantities, place, strict=True) if v.state is None)
         if parameters not in machines:  # the rest position of the carrier depends on the parameters
             machines[parameters] = machine_at(machine, quantities, place, location)
-        starts[:, m] = initial_state(machines[parameters], start_at(start, quantities, place), location)
+        member = with_default_start(machines[parameters], start_at(start, quantities, place))
+        starts[:, m] = initial_state(machines[parameters], member, location)
     return starts, values
 
 

@@ -28,7 +28,7 @@ _DENSE_SPEED_FACTOR, _MOST_DOUBLINGS = 1.5, 10  # times as fast as expected: sti
 _MEMBERS_PER_TILE = 8  # members: their samples are held at once
 _REGISTERS = 64  # numbers: a whole number of vector registers of any processor
 _SETTLED_WIDTH = 1e-3  # see ``Verdict.settled_within``
-_FINAL_OUTCOMES = (Outcome.STOPPED, Outcome.OSCILLATING)
+_FINAL_OUTCOMES = (Outcome.STOPPED, Outcome.OSCILLATING, Outcome.NOT_STARTED)
 
 
 def classify_members(

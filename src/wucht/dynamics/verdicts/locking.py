@@ -165,19 +165,23 @@ def rotor_outcomes(
     Rotors that are locked excite the vibration together, in the phases they have, and have one common free speed, at which all
     drives together are in balance. The torques between them, with phases at rest, do not count.
     """
-    end, assessments, free = (
-        observation.end_time,
-        dict[str, RotorAssessment](),
-        [r for r in machine.rotors if r.coordinate.prescribed_velocity is None],
-    )
-    for rotor in free if len(free) > 1 else []:
-        if (record := observation.rotors[rotor.name]).turns >= FEWEST_TURNS:
-            assessments[rotor.name] = assess_rotor(
-                machine, rotor, record, free_speed(machine, rotor, end), end, observation.noise
-            )
+    assessments = _assessments(machine, observation)
     common = _common_evidence(machine, observation, locking, assessments)
     evidence_by_rotor = {name: s.evidence if common is None else _joint_evidence(s, common) for name, s in assessments.items()}
     return {name: classify(e) for name, e in evidence_by_rotor.items()}, common
+
+
+def turning_outcomes(machine: Machine, observation: Observation) -> dict[str, Outcome]:
+    """Return the outcome of each of several rotors that turns, on its own."""
+    return {name: classify(s.evidence) for name, s in _assessments(machine, observation).items()}
+
+
+def _assessments(machine: Machine, observation: Observation) -> dict[str, RotorAssessment]:
+    """Return the assessments of the rotors that turn, of several that are free to."""
+    free = [r for r in machine.rotors if r.coordinate.prescribed_velocity is None]
+    turning = [r for r in free if len(free) > 1 and observation.rotors[r.name].turns >= FEWEST_TURNS]
+    end, noise, records = observation.end_time, observation.noise, observation.rotors
+    return {r.name: assess_rotor(machine, r, records[r.name], free_speed(machine, r, end), end, noise) for r in turning}
 
 
 def _common_evidence(

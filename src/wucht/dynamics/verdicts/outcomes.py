@@ -52,6 +52,7 @@ class Outcome(LabelWithSentence):
     NOT_ENTRAINED = "not-entrained", "the rotor is not entrained by the carrier's vibration"
     SYNCHRONISED = "synchronised", "the rotors turn at the same mean speed"
     NOT_SYNCHRONISED = "not-synchronised", "the rotors turn at different mean speeds"
+    NOT_STARTED = "not-started", "the rotor does not start: its drive does not lift its weight or load from rest"
     STOPPED = "stopped", "no rotation is left"
     OSCILLATING = "oscillating", "the rotor does not turn any more, it oscillates"
     RUNAWAY = "runaway", "the speed goes beyond the limit"
@@ -119,7 +120,8 @@ class Evidence(Generic[T]):
     below it, None if there is none (nan). residual: largest share of the rotor's unbalance that is left (1: as without
     balancers), None without unbalance. lags: of each body behind the rotor, as a share of its speed. modulation:
     the range of the speed, as a share of it. swing: of a rotor that does not turn any more the largest speed, as a share of the
-    largest in the run. unheld: from its present value on nothing limits the speed below the speed limit.
+    largest in the run. is_held: of a rotor that does not turn: it never did, and its drive gives a torque at standstill that is
+    not more than its weight and load take. unheld: from its present value on nothing limits the speed below the speed limit.
     """
 
     turning: bool | np.ndarray
@@ -132,6 +134,7 @@ class Evidence(Generic[T]):
     lags: tuple[tuple[T, T], ...] = ()
     modulation: tuple[T, T] = _ZERO
     swing: tuple[T, T] = _ANY_SWING
+    is_held: bool = False
     unheld: bool = False
     beyond_limit: bool = False
 
@@ -181,7 +184,8 @@ def classify_each(e: Evidence[Any]) -> np.ndarray:
     remain. In this order:
 
     1. ``runaway``: beyond the limit, or approaching it with nothing that could limit the speed.
-    2. not turning: ``stopped`` if no more than a ten-thousandth of the largest speed will be left, ``oscillating`` if more.
+    2. not turning: ``not-started`` if it never turned and is held, and its swing is known to last or to end; else ``stopped``
+       if no more than a ten-thousandth of the largest speed will be left, ``oscillating`` if more.
     3. ``unidentified``: the mean speed is not settled.
     4. ``compensated``: mean and lowest speed within 0.5 % of the free speed, less than 1 % of the unbalance left, no body lags.
     5. ``balancer-captured``: a body lags, while the rotor holds its free speed within 0.5 % or stays beyond the resonance.
@@ -195,6 +199,7 @@ def classify_each(e: Evidence[Any]) -> np.ndarray:
     unknown = OUTCOMES.index(Outcome.UNIDENTIFIED)
     turning = _outcomes()[tuple(2 * f.yes + f.no - 1 for f in facts)]
     at_rest = np.where(swings.yes, OUTCOMES.index(Outcome.OSCILLATING), OUTCOMES.index(Outcome.STOPPED))
+    at_rest = np.where(e.is_held, OUTCOMES.index(Outcome.NOT_STARTED), at_rest)
     outcome = np.where(e.turning, np.where(e.has_settled, turning, unknown), np.where(swings.is_known, at_rest, unknown))
     return np.where(e.beyond_limit or e.unheld, OUTCOMES.index(Outcome.RUNAWAY), outcome)
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wucht.analysis.starting import StartFromRest, starts_from_rest
 from wucht.analysis.vibration import Vibration
-from wucht.analysis.working_points import is_only_braked
+from wucht.analysis.working_points import creep_speed, is_only_braked
 from wucht.dynamics.verdicts.observation import Observation
 from wucht.dynamics.verdicts.outcomes import AT_REST, FEWEST_TURNS, Evidence
 from wucht.machines.machine import Machine
@@ -37,6 +38,20 @@ def windows_to_rest(whole: Blocks, means: np.ndarray) -> float:
     last = float(np.ptp(windows_of(whole.time)[-1]) / np.ptp(whole.time)) / SHARE  # the length of the last window, in tenths
     exponential = math.log(1 / AT_REST)
     return last * float(means[-1] / changes[-1]) * (min(exponential, 1 / (1 - power)) if power < 1 else exponential)
+
+
+def rotors_not_started(machine: Machine, observation: Observation) -> dict[str, StartFromRest]:
+    """Return the rotors that never turned, and which weight or load holds against their drives, by name.
+
+    Never turned: they made no turn, or did no more than creep under dry friction.
+    """
+    creep = creep_speed(machine)
+    standing = {
+        name for name, record in observation.rotors.items() if not record.turns or float(record.whole.highest.max()) <= creep
+    }
+    if not standing:
+        return {}
+    return {name: start for name, start in starts_from_rest(machine).items() if name in standing and start.is_held}
 
 
 _NEARLY = 0.03  # logarithm of a swing: so near its end an approach is known to have one

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from wucht.analysis.starting import StartFromRest
 from wucht.analysis.time_constants import run_up_time, runaway_limit, slowest_decay, vibration_decay
 from wucht.analysis.working_points import creep_speed, is_held_at_rest, torque_surplus
 from wucht.dynamics.verdicts.evidence import REASON_IN_NOISE, UNREST, RotorAssessment, assess_rotor
-from wucht.dynamics.verdicts.locking import LockingAssessment, assess_locking, is_locking, rotor_outcomes
+from wucht.dynamics.verdicts.locking import LockingAssessment, assess_locking, is_locking, rotor_outcomes, turning_outcomes
 from wucht.dynamics.verdicts.observation import Observation
 from wucht.dynamics.verdicts.outcomes import (
     AMPLITUDE_TOLERANCE,
@@ -22,7 +23,13 @@ from wucht.dynamics.verdicts.outcomes import (
     Outcome,
     classify,
 )
-from wucht.dynamics.verdicts.swings import REASON_COASTING, mean_turning_evidence, run_factor_until_swinging, swing_of
+from wucht.dynamics.verdicts.swings import (
+    REASON_COASTING,
+    mean_turning_evidence,
+    rotors_not_started,
+    run_factor_until_swinging,
+    swing_of,
+)
 from wucht.machines.changes import last_change
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
@@ -101,6 +108,8 @@ class Verdict:
         Of rotors that may be entrained.
     rotors : dict of str to Outcome
         The outcome of each of several.
+    not_started : dict of str to StartFromRest
+        The rotors that never turned, with the torques that say why.
     """
 
     outcome: Outcome
@@ -115,10 +124,13 @@ class Verdict:
     faster_branch: bool = False
     locking: LockingAssessment | None = None
     rotors: dict[str, Outcome] = field(default_factory=dict)
+    not_started: dict[str, StartFromRest] = field(default_factory=dict)
 
     @property
     def sentence(self) -> str:
         """The outcome as a sentence."""
+        if self.outcome is Outcome.NOT_STARTED:
+            return self._standing_clauses(len(self.rotors) > 1)
         if self.outcome is Outcome.PASSED:
             nothing_below = "the rotor settles, and no resonance lies below the speed of its drive; unbalance is left"
             sentence = nothing_below if self.evidence.resonance is None else self.outcome.sentence
@@ -135,7 +147,19 @@ class Verdict:
         share = f", at {100 * self.speed / abs(free):.0f} % of the speed without vibration" if free else ""
         together = share if self.outcome is Outcome.SYNCHRONISED else ""
         return self.outcome.sentence + (
-            f"; captured at the resonance: {', '.join(captured_rotors)}{together}" if captured_rotors else ""
+            (f"; captured at the resonance: {', '.join(captured_rotors)}{together}" if captured_rotors else "")
+            + (f"; {self._standing_clauses(True)}" if self.rotors and self.not_started else "")
+        )
+
+    def _standing_clauses(self, is_named: bool) -> str:
+        """The rotors that do not start, and why, in words; those with the same torques together. is_named: by their names."""
+        names_by_reason: dict[str, list[str]] = {}
+        for name, start in self.not_started.items():
+            names_by_reason.setdefault(start.reason, []).append(name)
+        return "; ".join(
+            f"{', '.join(names) if is_named else 'the rotor'} {'do' if len(names) > 1 else 'does'} not start: "
+            f"{'each time ' if len(names) > 1 else ''}{reason}"
+            for reason, names in names_by_reason.items()
         )
 
     @property
@@ -193,8 +217,12 @@ def judge(
     machine = machine.at(observation.end_time)
     record, angle = observation.rotors[machine.rotor.name], observation.main.last(0.25)
     has_turned = len(angle.time) > 0 and bool(angle.greatest_angle.max() - angle.least_angle.min() >= 2 * math.pi)
-    turning = has_turned and record.turns >= FEWEST_TURNS
-    verdict = _turning_verdict(machine, observation, free) if turning else _swinging_verdict(machine, observation, free)
+    turning, not_started = has_turned and record.turns >= FEWEST_TURNS, rotors_not_started(machine, observation)
+    if turning:
+        verdict = _turning_verdict(machine, observation, free)
+    else:
+        verdict = _swinging_verdict(machine, observation, free, machine.rotor.name in not_started)
+    verdict = replace(verdict, not_started=not_started)
     if failure:
         return replace(verdict, outcome=Outcome.FAILED, advice=None, needed_time=None)
     if is_beyond_limit:
@@ -206,7 +234,11 @@ def judge(
             machine, verdict, f"the machine still changes at {changes:.4g} {machine.units.time}", 2 * changes
         )
     if _is_creeping(machine, observation):
-        return replace(verdict, outcome=Outcome.STOPPED, settling_time=None, advice=None, needed_time=None)
+        outcome = Outcome.NOT_STARTED if not_started else Outcome.STOPPED
+        return replace(verdict, outcome=outcome, settling_time=None, advice=None, needed_time=None)
+    if verdict.outcome is Outcome.NOT_STARTED:
+        standing = dict.fromkeys(not_started, Outcome.NOT_STARTED) if len(machine.rotors) > 1 else {}
+        return replace(verdict, rotors=standing | turning_outcomes(machine, observation))
     verdict = _locking_verdict(machine, observation, verdict) if is_locking(machine) and has_turned else verdict
     return _verdict_after_transients(machine, verdict, observation.end_time)
 
@@ -254,6 +286,7 @@ def _locking_verdict(machine: Machine, observation: Observation, verdict: Verdic
     )
     if verdict.outcome is not Outcome.UNIDENTIFIED:
         rotors, common = rotor_outcomes(machine, observation, locking)
+        rotors |= dict.fromkeys(verdict.not_started, Outcome.NOT_STARTED)
         return replace(verdict, rotors=rotors, evidence=common or verdict.evidence)
     reason, needed_time = "the phases still move", before
     if periods < FEWEST_PERIODS:
@@ -354,10 +387,10 @@ def _advice(machine: Machine, end: float, assessment: RotorAssessment) -> tuple[
     return reason, max(until, _RUN_UPS * run_up)
 
 
-def _swinging_verdict(machine: Machine, observation: Observation, free: float | None) -> Verdict:
+def _swinging_verdict(machine: Machine, observation: Observation, free: float | None, is_held: bool) -> Verdict:
     end, swing, quarter = observation.end_time, swing_of(machine, observation), observation.main.last(0.25)
     if swing is not None:
-        evidence = Evidence(turning=False, swing=swing.bounds)
+        evidence = Evidence(turning=False, swing=swing.bounds, is_held=is_held)
     else:
         evidence = mean_turning_evidence(machine, observation, free) or Evidence(turning=False)
     verdict = Verdict(classify(evidence), evidence, (float(quarter.time[0]) if len(quarter.time) else 0.0, end))

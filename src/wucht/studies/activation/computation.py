@@ -88,7 +88,9 @@ def prepare(spec: Activation, machine: Machine) -> Plan:
                 _plan_run(spec, of, m, names, (-1, *at[1:]), phases) for m, *at in _run_indices(spec, [variant_machines[of]])
             ]
     if NO_PENDULUMS in spec.variants:
-        runs.append(PlannedRun(NO_PENDULUMS, NO_PENDULUMS, without_pendulums(machine), spec.start, _settings(spec)))
+        # With pendulums the study places them: the rotor starts from the same angle without.
+        start = spec.start or {"carrier": {}}
+        runs.append(PlannedRun(NO_PENDULUMS, NO_PENDULUMS, without_pendulums(machine), start, _settings(spec)))
     for run in runs[:: spec.phases]:  # impossible starts are refused before anything is computed
         run.case()
     switchings = tuple(tuple(switching(m, p) for p in pendulums) for m in machines)

@@ -14,6 +14,7 @@ import sympy as sp
 
 from wucht.dynamics.parameters import parameter_of, range_of
 from wucht.dynamics.run_ups.deviations import compared_bodies, compared_motion, deviations_by_angle
+from wucht.dynamics.run_ups.hanging_start import with_default_start
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_up import RunUpCase, run_up
 from wucht.dynamics.run_ups.run_up_models import SlowModel, slow_model
@@ -120,7 +121,7 @@ def errors(spec: Approximation, machine: Machine, work: Work) -> Errors:
     def compile_flows() -> tuple[SlowModel, Flows]:
         """Derive and compile the equations once for all factors, and only if a result is not stored already."""
         full = scale_epsilon(machine, 1.0)
-        slow = slow_model(full, initial_state(machine, spec.start), spec.inertia, spec.order)
+        slow = slow_model(full, initial_state(machine, with_default_start(machine, spec.start)), spec.inertia, spec.order)
         systems = slow.system, replace(full.system, quadratures=(), outputs=())
         of_slow, of_full = (compile_system(s, _TOLERANCE, (), spec.engine) for s in systems)
         return slow, (of_slow, of_full)

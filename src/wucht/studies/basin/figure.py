@@ -23,6 +23,7 @@ _LOOKS = {
     "compensated": ("#5FAEDF", "//"), "passed": ("#D9EFC9", ".."), "captured": ("#F5C04A", ""),
     "captured-modulated": ("#C24E00", "\\\\"), "balancer-captured": ("#9A5B84", "xx"), "entrained": ("#0072B2", "//"),
     "not-entrained": ("#F0E3B0", "--"), "synchronised": ("#009E73", "\\|"), "not-synchronised": ("#E8CFDD", "||"),
+    "not-started": ("#A0A0A0", "oo"),
     "stopped": ("#404040", ""), "oscillating": ("#7F7F7F", "++"), "runaway": ("#6B1F00", "oo"),
     "unidentified": ("#FFFFFF", "xxx"), "failed": ("#000000", ".."),
 }  # fmt: skip

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.dynamics.run_ups.bearing_loads import heavy_load_warnings, lives_of
+from wucht.dynamics.run_ups.bearing_loads import bearing_warnings, lives_of
 from wucht.dynamics.run_ups.machine_signals import LoadHistory
 from wucht.fatigue.counted_cycles import RangeMeanMatrix, frequency_distance
 from wucht.results.bearing_text import life_text
@@ -64,7 +64,7 @@ def dataset(plan: Plan, findings: LoadHistory) -> xr.Dataset:
         Quantity("convergence", convergence, "the whole compared with twice its first half", parts=parts),
     ]
     sentence = _sentence(plan, whole, damages)
-    warnings = _warnings(plan, findings, whole, convergence) + heavy_load_warnings(lives)
+    warnings = _warnings(plan, findings, whole, convergence) + bearing_warnings(lives)
     name = plan.signal.name[:1].upper() + plan.signal.name[1:]
     failure = findings.failure or _damage_overflow(plan, whole, damages)
     return result_dataset(

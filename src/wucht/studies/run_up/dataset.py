@@ -10,7 +10,8 @@ import numpy as np
 
 from wucht.analysis.dimensionless import dimensionless_numbers
 from wucht.analysis.throw import NUMBERS, Throw, largest_of
-from wucht.dynamics.run_ups.bearing_loads import BearingLife, heavy_load_warnings, lives_at_end, loads_at_end
+from wucht.dynamics.run_ups.bearing_loads import BearingLife, bearing_warnings, lives_at_end, loads_at_end
+from wucht.dynamics.run_ups.hanging_start import HANGING, is_hanging_start
 from wucht.dynamics.run_ups.run_up import Motion
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import motion_of
@@ -29,6 +30,7 @@ from wucht.studies.run_up.combined_runs import gather_runs, join_models
 from wucht.studies.run_up.computation import Findings, Plan
 from wucht.studies.run_up.system_run import SystemRunFindings, SystemRunPlan
 from wucht.studies.run_up.system_run_result import system_run_dataset, system_run_report
+from wucht.studies.starting_variables import add_starting_line, start_warnings, starting_quantities
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,12 +75,16 @@ def dataset(plan: Plan | SystemRunPlan, findings: Findings | SystemRunFindings) 
     if isinstance(findings, SystemRunFindings):
         return system_run_dataset(findings)
     assert isinstance(plan, Plan)
-    runs = [join_models(motions, [_motion_result(m, plan.spec.deck) for m in motions]) for motions in findings.motions]
+    hanging = [is_hanging_start(case.run.machine, case.start) for case in plan.cases]
+    runs = [
+        join_models(motions, [_motion_result(m, plan.spec.deck, hangs) for m in motions])
+        for motions, hangs in zip(findings.motions, hanging, strict=False)
+    ]
     return gather_runs(plan, runs, findings.finished_count) if plan.several else runs[0].to_dataset()
 
 
-def _motion_result(motion: Motion, deck: float | None) -> StudyResult:
-    """Return the result for the motion of one model."""
+def _motion_result(motion: Motion, deck: float | None, hangs: bool) -> StudyResult:
+    """Return the result for the motion of one model. hangs: the machine starts at rest, hanging."""
     machine, trajectory, verdict = motion.case.machine, motion.trajectory, motion.verdict
     quantities = motion_quantities(machine, motion.rows, motion.machine_motion, motion.observation.largest)
     limits = _observe_limits(motion) if _sampling_warnings(motion) else None
@@ -87,6 +93,8 @@ def _motion_result(motion: Motion, deck: float | None) -> StudyResult:
     residual = float(result.energy_residual.max())
     noise = Noise.of(motion.compiled_system.tolerance)
     summary = _summary(motion, result, limits, noise)
+    summary += [Quantity("start_state", HANGING, "start of the machine")] if hangs else []
+    summary += starting_quantities(machine.at(trajectory.end_time))
     lives = dict[str, BearingLife]()
     if motion.model.name == "full":
         lives = lives_at_end(machine, motion.machine_motion, verdict.window)
@@ -100,7 +108,7 @@ def _motion_result(motion: Motion, deck: float | None) -> StudyResult:
         "model": motion.model.name,
     }
     end = {"outcome": str(verdict.outcome), "end_time": trajectory.end_time, "end_state": trajectory.end_state}
-    warnings = _warnings(motion, residual) + heavy_load_warnings(lives)
+    warnings = _warnings(motion, residual) + bearing_warnings(lives)
     return StudyResult([*summary, *quantities], verdict.sentence, warnings, (), trajectory.failure, flow | end)
 
 
@@ -117,6 +125,8 @@ def _warnings(motion: Motion, residual: float) -> list[str]:
             f"{evidence.resonance:.4g}, although the drive could hold a higher speed too: this is the branch of the "
             "captured states, close to its end"
         )
+    turning = {r.name for r in motion.case.machine.rotors} - set(verdict.not_started)
+    warnings += start_warnings(motion.case.machine, motion.case.models[0].initial, turning)
     warnings += [verdict.advice] if verdict.advice else []
     if not residual <= _BALANCE_LIMIT:  # NaN does not close either
         warnings.append(
@@ -252,6 +262,7 @@ def report(result: xr.Dataset) -> list[str]:
         lines.add("mean speeds", "{speeds}", speeds=", ".join(f"{n} {speed(w)}" for n, w in s["mean_speeds"].items()))
     if "rotor_phases" in s:
         lines.add("phase", "{phases}", phases=_angles(s["rotor_phases"]))
+    add_starting_line(lines, s)
     if s["natural_frequencies"]:
         lines.add("resonance", "{natural_frequencies}")
     lines.add("amplitude", "{final_amplitude} at the end, {peak_amplitude} at most")

@@ -33,7 +33,7 @@ class RunUp(SingleRun):
         NextQuestion(
             "the speeds at which the motor, its load and the vibration are in balance",
             {"study.kind": "torque-balance"},
-            ("captured", "captured-modulated", "stopped"),
+            ("captured", "captured-modulated", "not-started", "stopped"),
         ),
         NextQuestion(
             "all steady phases, and which of them are stable",

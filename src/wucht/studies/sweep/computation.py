@@ -11,6 +11,7 @@ import numpy as np
 
 from wucht.analysis.working_points import energy_scale
 from wucht.dynamics.parameters import parameter_of, range_of
+from wucht.dynamics.run_ups.hanging_start import with_default_start
 from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
 from wucht.dynamics.sweeps.jumps import Jump, candidates, find_jump
 from wucht.dynamics.sweeps.moving import (
@@ -71,7 +72,7 @@ def _machine_plan(spec: Sweep, machine: Machine) -> Plan:
         check_values(machine.parts, {parameter.path: value}, f"study.range[{i}]", machine.values)
     ways = {way: ends for way, ends in (("up", (low, high)), ("down", (high, low))) if spec.direction in (way, "both")}
     machine = machine.with_unchecked_values({parameter.path: next(iter(ways.values()))[0]})
-    initial = initial_state(machine, spec.start)
+    initial = initial_state(machine, with_default_start(machine, spec.start))
     machine = machine_in_state(machine, initial)
     moved_machine = MovedMachine(
         machine, initial, parameter.path, sweep_pace(machine, parameter.path, low, high, rate), energy_scale(machine)
