@@ -10,7 +10,7 @@ swings until it turns over after all: that depends on the vibration of the carri
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -45,8 +45,8 @@ def has_weight_or_load(machine: Machine) -> bool:
 
 def turning_with(machine: Machine, body: RotatingBody) -> list[RotatingBody]:
     """A body and those about it that are locked to it, directly or through others."""
-    locked = [b for b in machine.bodies if b.about == body.name and is_locked(machine, b)]
-    return [body, *(one for b in locked for one in turning_with(machine, b))]
+    locked_bodies = [b for b in machine.bodies if b.about == body.name and is_locked(machine, b)]
+    return [body, *(outer for b in locked_bodies for outer in turning_with(machine, b))]
 
 
 def is_locked(machine: Machine, body: RotatingBody) -> bool:
@@ -152,6 +152,18 @@ def starts_from_rest(machine: Machine) -> dict[str, StartFromRest]:
     """
     free = [r for r in machine.rotors if r.coordinate.prescribed_velocity is None and r.release is None]
     return {r.name: StartFromRest(machine, r) for r in free}
+
+
+def not_started_in_words(starts: Mapping[str, StartFromRest], is_named: bool = True) -> str:
+    """Return the sentence on rotors that do not start, those with the same torques together. is_named: by their names."""
+    names_by_reason: dict[str, list[str]] = {}
+    for name, start in starts.items():
+        names_by_reason.setdefault(start.reason, []).append(name)
+    return "; ".join(
+        f"{', '.join(names) if is_named else 'the rotor'} {'do' if len(names) > 1 else 'does'} not start: "
+        f"{reason}{' of each' if len(names) > 1 else ''}"
+        for reason, names in names_by_reason.items()
+    )
 
 
 def _turns_over(torques: Callable[[float], tuple[float, float]], weight: float, inertia: float, creep: float) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -83,9 +83,9 @@ class BearingDuty:
     time: float = 0.0
     angle: float = 0.0
     power: float = 0.0
-    place: float = 0.0
-    least: float = 0.0
-    greatest: float = 0.0
+    place: float = field(default=0.0, compare=False)  # it does not matter which way it turns
+    least: float = field(default=0.0, compare=False)
+    greatest: float = field(default=0.0, compare=False)
 
     def update(self, time: np.ndarray, force: np.ndarray, speed: np.ndarray) -> BearingDuty:
         """Return the duty after a further part of the motion: time, size of the force, speed in rad/s, all (N,)."""

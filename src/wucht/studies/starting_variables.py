@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
-from wucht.analysis.starting import has_weight_or_load, starts_from_rest
-from wucht.dynamics.run_ups.hanging_start import is_at_rest
+from wucht.analysis.starting import StartFromRest, has_weight_or_load, not_started_in_words, starts_from_rest
+from wucht.dynamics.run_ups.hanging_start import is_resting_state
 from wucht.machines.machine import Machine
-from wucht.results.formatting import ReportLines
 from wucht.results.quantities import Quantity
 
 _BETWEEN = 8  # times between two breakpoints of schedules at which a start is tried
@@ -35,37 +33,31 @@ def starting_quantities(machine: Machine) -> list[Quantity]:
     ]
 
 
-def add_starting_line(lines: ReportLines, summary: Mapping[str, Any]) -> None:
-    """Add the line on these torques, where the summary has them."""
-    if "starting_torque" in summary:
-        lines.add("from rest", "{starting_torque} at standstill; weight at most {weight_moment}; load {load_torque}")
-
-
 def start_warnings(machine: Machine, initial: np.ndarray, turning: Iterable[str]) -> list[str]:
-    """Return warnings of rotors that turn in a run from a state (n,), but that their drives do not start from rest.
+    """Return a warning of rotors that turn in a run from a state (n,), but that their drives do not start from rest.
 
     turning: the names of the rotors that turn.
     """
-    if is_at_rest(machine, initial):
-        return []
-    statements = _statements_by_rotor(machine).items()
-    return [f"{statement}; it turns here from the given start" for name, statement in statements if name in turning]
+    starts = {} if is_resting_state(machine, initial) else _never_starting(machine)
+    sentence = _from_rest({name: start for name, start in starts.items() if name in turning})
+    return [f"{sentence}; here the given start sets it turning"] if sentence else []
 
 
-def statements_not_started(machine: Machine) -> list[str]:
-    """Return a statement for each rotor with a drive that does not start it from rest at any time of the schedules."""
-    return list(_statements_by_rotor(machine).values())
+def not_started_statement(machine: Machine) -> str:
+    """Return a sentence on the rotors that their drives do not start from rest at any time of the schedules; else nothing."""
+    return _from_rest(_never_starting(machine))
 
 
-def _statements_by_rotor(machine: Machine) -> dict[str, str]:
+def _from_rest(starts: Mapping[str, StartFromRest]) -> str:
+    hanging = " hanging," if any(s.weight > 0 for s in starts.values()) else ""
+    return f"from rest,{hanging} {not_started_in_words(starts)}" if starts else ""
+
+
+def _never_starting(machine: Machine) -> dict[str, StartFromRest]:
     if not has_weight_or_load(machine):
         return {}
     driven = {n: s for n, s in starts_from_rest(machine.at(machine.breakpoints[-1])).items() if s.torque > 0}
-    return {
-        n: f"from rest{', hanging,' if s.weight > 0 else ''} {n!r} does not start: {s.reason}"
-        for n, s in driven.items()
-        if not _ever_starts(machine, n)
-    }
+    return {n: s for n, s in driven.items() if not _ever_starts(machine, n)}
 
 
 def _ever_starts(machine: Machine, name: str) -> bool:

@@ -22,11 +22,12 @@ from wucht.plots.stability_lines import draw_by_stability, draw_classes, draw_co
 from wucht.plots.style import COLOURS, GREY, mark_speeds
 from wucht.results.formatting import ReportLines, with_unit
 from wucht.results.quantities import Quantity, result_dataset, table
+from wucht.results.starting_text import add_starting_line
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.motion_variables import natural_vibrations
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import BalancingBodies, Interval, Spec, Start, Whole
-from wucht.studies.starting_variables import add_starting_line, starting_quantities, statements_not_started
+from wucht.studies.starting_variables import not_started_statement, starting_quantities
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -119,7 +120,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Build the Dataset of a torque balance."""
-    sentence = "; ".join([_sentence(plan, findings), *statements_not_started(plan.steady.machine)])
+    sentence = "; ".join(filter(None, [_sentence(plan, findings), not_started_statement(plan.steady.machine)]))
     quantities = [*_curve_quantities(plan), *_point_quantities(plan, findings), *_machine_quantities(plan)]
     quantities += starting_quantities(plan.steady.machine)
     rotor, is_one_of_several = plan.curves[0].rotor.name, len(plan.steady.machine.rotors) > 1

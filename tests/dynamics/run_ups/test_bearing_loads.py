@@ -12,8 +12,8 @@ from wucht import Machine, parts
 from wucht.dynamics.run_ups.bearing_loads import (
     BearingLife,
     BearingLoad,
-    bearing_warnings,
     has_bearing_forces,
+    heavy_load_warnings,
     lives_at_end,
     lives_of,
     loads_at_end,
@@ -126,7 +126,7 @@ def test_a_run_up_and_a_load_history_give_one_life() -> None:
 
 def test_what_iso_281_does_not_cover() -> None:
     lives = {"a": BearingLife(501.0, 10.0, 1000.0), "b": BearingLife(500.0, 10.0, 1000.0), "c": BearingLife(None, None, 1.0)}
-    (warning,) = bearing_warnings(lives)
+    (warning,) = heavy_load_warnings(lives)
     assert "'a', 501 N, is more than half of its rating C = 1000 N" in warning
 
 

@@ -143,8 +143,10 @@ def test_a_machine_that_does_not_run() -> None:
     """No working point is left: the load exceeds the breakdown torque."""
     result = run(VoltageDip(depth=0.5), loaded_motor(80.0))
     s = result.wucht.summary
-    assert s["outcome"] == s["operating_outcome"] == "stopped" and s["critical_duration"] is None and s["dips"] == []
+    assert s["outcome"] == s["operating_outcome"] == "not-started" and s["critical_duration"] is None and s["dips"] == []
+    assert s["load_torque"] == {"rotor": pytest.approx(80.0)} and s["starts_from_rest"] == {"rotor": False}
     assert "does not reach a state of operation" in result.attrs["sentence"]
+    assert any("the load takes 80 N m" in warning for warning in result.wucht.warnings)
     assert report(result) and draw(result)
 
 

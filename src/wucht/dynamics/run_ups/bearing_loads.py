@@ -129,11 +129,12 @@ def bearing_warnings(lives: Mapping[str, BearingLife]) -> list[str]:
     no_life = f"no bearing life of {', '.join(still)}: {'it makes' if len(still) == 1 else 'they make'} no full turn"
     return [
         *([no_life] if still else []),
-        *_heavy_load_warnings(lives),
+        *heavy_load_warnings(lives),
     ]
 
 
-def _heavy_load_warnings(lives: Mapping[str, BearingLife]) -> list[str]:
+def heavy_load_warnings(lives: Mapping[str, BearingLife]) -> list[str]:
+    """Return a warning for each bearing whose load is beyond what ISO 281 covers."""
     return [
         f"the equivalent load of the bearing of {name!r}, {life.load:.4g} N, is more than half of its rating C = "
         f"{life.rating:.4g} N: ISO 281 does not cover it; choose a larger bearing or consult its manufacturer"

@@ -45,14 +45,14 @@ def hanging_start(machine: Machine) -> dict[str, float]:
     gravity = gravity_of(machine)
     if not gravity:
         return {}
-    down, stated, turning = -math.copysign(math.pi / 2, gravity), _stated_angles(machine), _turning_rotors(machine)
+    down, given_angles, turning = -math.copysign(math.pi / 2, gravity), _given_angles(machine), _turning_rotors(machine)
     absolute, start = dict[str, float](), dict[str, float]()
     for body in machine.outward:
         head = 0.0 if body.about is None else absolute[body.about]
         moment = static_moment(machine, body)
-        is_held = body.coordinate.prescribed_velocity is not None or is_locked(machine, body) or body.name in stated
+        is_held = body.coordinate.prescribed_velocity is not None or is_locked(machine, body) or body.name in given_angles
         if is_held or machine.rotor_of(body).name in turning or not moment:
-            absolute[body.name] = head + machine.start_angles.get(body.name, 0.0) + stated.get(body.name, 0.0)
+            absolute[body.name] = head + machine.start_angles.get(body.name, 0.0) + given_angles.get(body.name, 0.0)
             continue
         absolute[body.name] = down - cmath.phase(moment)
         start[body.name] = absolute[body.name] - head
@@ -62,7 +62,7 @@ def hanging_start(machine: Machine) -> dict[str, float]:
     return start
 
 
-def is_at_rest(machine: Machine, state: np.ndarray) -> bool:
+def is_resting_state(machine: Machine, state: np.ndarray) -> bool:
     """True if the free rotors neither turn nor are lifted in a state (n,)."""
     hanging = hanging_start(machine)
     free = [r for r in machine.rotors if r.coordinate.prescribed_velocity is None]
@@ -77,11 +77,11 @@ def _turning_rotors(machine: Machine) -> set[str]:
     return {r.name for r in driven if machine.prescribed_speed(r.coordinate, 0.0)[0]}
 
 
-def _stated_angles(machine: Machine) -> dict[str, float]:
+def _given_angles(machine: Machine) -> dict[str, float]:
     """The angles that the machine gives its bodies, from the body turned about; all of a track of which one has an angle."""
-    stated = {p.name: p.start for p in machine.parts if isinstance(p, TrackBody) and p.start is not None}
-    shared = {b.name: b.start or 0.0 for t in machine.tracks if any(b.name in stated for b in t.bodies) for b in t.bodies}
-    return stated | shared
+    angles = {p.name: p.start for p in machine.parts if isinstance(p, TrackBody) and p.start is not None}
+    tracks = [t for t in machine.tracks if any(b.name in angles for b in t.bodies)]
+    return angles | {b.name: b.start or 0.0 for t in tracks for b in t.bodies}
 
 
 def _side_by_side(machine: Machine, bodies: Sequence[TrackBody]) -> dict[str, float]:

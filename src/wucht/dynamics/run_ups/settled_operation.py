@@ -26,8 +26,8 @@ from wucht.numerics.flow.events import Event
 
 _BEFORE_ROWS = 60  # of the course before
 REST = "rest"
-_AT_REST = (Outcome.NOT_STARTED, Outcome.STOPPED, Outcome.OSCILLATING)
-NO_OPERATION = (*_AT_REST, Outcome.RUNAWAY, Outcome.UNIDENTIFIED, Outcome.FAILED)
+NOT_TURNING = (Outcome.NOT_STARTED, Outcome.STOPPED, Outcome.OSCILLATING)
+NO_OPERATION = (*NOT_TURNING, Outcome.RUNAWAY, Outcome.UNIDENTIFIED, Outcome.FAILED)
 
 
 def case_from_state(machine: Machine, state: np.ndarray, settings: RunSettings) -> RunUpCase:
@@ -154,7 +154,7 @@ def operation_of(
     steady, operation = machine_after_schedules(machine), None
     if has_speed or not is_held_at_rest(steady):
         operation = SettledOperation.of(last_motion(RunUpCase.of(machine, start, settings), work.part("", 0.0, 0.5)), turns)
-        if has_speed or operation.end.outcome not in _AT_REST:
+        if has_speed or operation.end.outcome not in NOT_TURNING:
             return operation
     place = state_at_working_point(steady, start, lambda: work.report(0.5, "working points"))
     if place is None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from wucht.analysis.starting import StartFromRest
+from wucht.analysis.starting import StartFromRest, not_started_in_words
 from wucht.analysis.time_constants import run_up_time, runaway_limit, slowest_decay, vibration_decay
 from wucht.analysis.working_points import creep_speed, is_held_at_rest, torque_surplus
 from wucht.dynamics.verdicts.evidence import REASON_IN_NOISE, UNREST, RotorAssessment, assess_rotor
@@ -130,7 +130,7 @@ class Verdict:
     def sentence(self) -> str:
         """The outcome as a sentence."""
         if self.outcome is Outcome.NOT_STARTED:
-            return self._standing_clauses(len(self.rotors) > 1)
+            return not_started_in_words(self.not_started, is_named=len(self.rotors) > 1)
         if self.outcome is Outcome.PASSED:
             nothing_below = "the rotor settles, and no resonance lies below the speed of its drive; unbalance is left"
             sentence = nothing_below if self.evidence.resonance is None else self.outcome.sentence
@@ -148,18 +148,7 @@ class Verdict:
         together = share if self.outcome is Outcome.SYNCHRONISED else ""
         return self.outcome.sentence + (
             (f"; captured at the resonance: {', '.join(captured_rotors)}{together}" if captured_rotors else "")
-            + (f"; {self._standing_clauses(True)}" if self.rotors and self.not_started else "")
-        )
-
-    def _standing_clauses(self, is_named: bool) -> str:
-        """The rotors that do not start, and why, in words; those with the same torques together. is_named: by their names."""
-        names_by_reason: dict[str, list[str]] = {}
-        for name, start in self.not_started.items():
-            names_by_reason.setdefault(start.reason, []).append(name)
-        return "; ".join(
-            f"{', '.join(names) if is_named else 'the rotor'} {'do' if len(names) > 1 else 'does'} not start: "
-            f"{'each time ' if len(names) > 1 else ''}{reason}"
-            for reason, names in names_by_reason.items()
+            + (f"; {not_started_in_words(self.not_started)}" if self.rotors and self.not_started else "")
         )
 
     @property

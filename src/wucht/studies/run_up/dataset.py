@@ -24,13 +24,14 @@ from wucht.numerics.zeros_and_peaks import extremes
 from wucht.results.bearing_text import force_text, life_text
 from wucht.results.formatting import Format, ReportLines, formats
 from wucht.results.quantities import Quantity, StudyResult, dataset_from_quantities
+from wucht.results.starting_text import add_starting_line
 from wucht.studies.bearing_variables import life_quantities, load_quantities
 from wucht.studies.motion_variables import envelopes, motion_quantities
 from wucht.studies.run_up.combined_runs import gather_runs, join_models
 from wucht.studies.run_up.computation import Findings, Plan
 from wucht.studies.run_up.system_run import SystemRunFindings, SystemRunPlan
 from wucht.studies.run_up.system_run_result import system_run_dataset, system_run_report
-from wucht.studies.starting_variables import add_starting_line, start_warnings, starting_quantities
+from wucht.studies.starting_variables import start_warnings, starting_quantities
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.dynamics.run_ups.motion_courses import MotionCourse
-from wucht.dynamics.run_ups.settled_operation import NO_OPERATION
+from wucht.dynamics.run_ups.settled_operation import NO_OPERATION, NOT_TURNING
 from wucht.dynamics.run_ups.voltage_dips import Dip, LastingDip
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.results.formatting import ReportLines
 from wucht.results.quantities import Quantity, StudyResult, table
+from wucht.results.starting_text import add_starting_line
+from wucht.studies.starting_variables import not_started_statement, starting_quantities
 from wucht.studies.voltage_dip.computation import Findings, Plan
 
 if TYPE_CHECKING:
@@ -31,6 +33,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
             *_critical_quantities(plan, findings),
             *_dip_quantities(plan, findings),
             *_course_quantities(plan, findings),
+            *starting_quantities(plan.machine.at(plan.machine.breakpoints[-1])),
         ],
         "",
     )
@@ -165,7 +168,7 @@ def _sentence(plan: Plan, findings: Findings) -> str:
     returns = f"with {loss_share} voltage lost, the machine returns by itself after"
     if loss is None:
         return f"{returns} {_all_dips(plan, findings.lasting, critical.dips[-1].duration)}"
-    stops = loss.end.outcome == Outcome.STOPPED
+    stops = loss.end.outcome in (Outcome.STOPPED, Outcome.NOT_STARTED)
     end = f"after {loss.duration:.4g} {units.time}: {loss.end.outcome}"
     end += "" if stops else f", at {loss.end.speed:.4g} {units.speed}"
     if last is None:
@@ -187,9 +190,12 @@ def _all_dips(plan: Plan, lasting: LastingDip, longest: float) -> str:
 
 def _warnings(plan: Plan, findings: Findings) -> list[str]:
     operation, critical, unit = findings.operation.end, findings.critical, plan.machine.units.time
+    ends = [operation, *(d.end for d in critical.dips), *([] if findings.lasting is None else [findings.lasting.end])]
+    is_stopped = findings.operation.working_point is None and any(end.outcome in NOT_TURNING for end in ends)
+    statement = not_started_statement(plan.machine) if is_stopped else ""
+    warnings = [statement] if statement else []
     if operation.outcome in NO_OPERATION:
-        return [operation.advice] if operation.advice else []
-    warnings = list[str]()
+        return [*warnings, *([operation.advice] if operation.advice else [])]
     if again := critical.later_returns:
         warnings.append(
             f"after longer dips the machine returns again: of those that were tried, after {len(again)} from "
@@ -208,7 +214,9 @@ def _assumptions(plan: Plan, findings: Findings) -> list[str]:
     speed, units = findings.operation.working_point, plan.machine.units
     origin = "the machine has settled after a run-up from the start"
     if speed is not None:
-        origin = f"the machine does not start by itself, and has settled at its stable working point, {speed:.5g} {units.speed}"
+        reason = not_started_statement(plan.machine)
+        origin = f"the machine does not start by itself{reason and f' ({reason})'}, and has settled at its stable working point"
+        origin += f", {speed:.5g} {units.speed}"
     return [origin, "motors keep their steady characteristics in the dip, at the voltage that is left"]
 
 
@@ -229,5 +237,6 @@ def report(result: xr.Dataset) -> list[str]:
     if s["lasting"] is not None:
         after = "after {lasting.time:.4g}" if s["lasting"]["settled"] else "not settled after {lasting.time:.4g}"
         lines.add("low voltage", f"{s['lasting']['outcome']}, {{lasting.speed}}, {after}")
+    add_starting_line(lines, s)
     lines.add("dips", f"{len(s['dips'])} tried, {sum(row['returns'] for row in s['dips'])} with a return")
     return lines.report(result.wucht.sentence)

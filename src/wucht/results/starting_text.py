@@ -1,0 +1,14 @@
+"""The torques of a start from rest, as text in reports."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from wucht.results.formatting import ReportLines
+
+
+def add_starting_line(lines: ReportLines, summary: Mapping[str, Any]) -> None:
+    """Add the line on the torques at standstill, where a rotor does not start from rest."""
+    if not all(summary.get("starts_from_rest", {}).values()):
+        lines.add("from rest", "{starting_torque} at standstill; weight at most {weight_moment}; load {load_torque}")
