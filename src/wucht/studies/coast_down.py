@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
+from wucht.analysis.vibration import unbalances
 from wucht.analysis.working_points import energy_scale
 from wucht.dynamics.run_ups.coasting import (
     REVERSAL,
@@ -27,9 +28,11 @@ from wucht.dynamics.run_ups.coasting import (
     without_drives,
 )
 from wucht.dynamics.run_ups.horizon import RunSettings
-from wucht.dynamics.run_ups.initial_state import angles_in, format_phases, machine_in_state
+from wucht.dynamics.run_ups.initial_state import angles_in, format_phases, machine_in_state, start_gives
+from wucht.dynamics.run_ups.operating_points import SteadyState, steady_state
 from wucht.dynamics.run_ups.operating_state import states_in_configurations
 from wucht.dynamics.run_ups.run_up import RunUpCase, verdict_at_end
+from wucht.dynamics.run_ups.settled_from_rest import SettledFromRest, sentence_from_rest
 from wucht.dynamics.run_ups.steady_phases import HELD_HINT, BodyPhases
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import MotionObserver, speed_at_largest
@@ -51,6 +54,7 @@ from wucht.plots.time_courses import RANGE, TurnWindows, draw_greatest
 from wucht.results.formatting import ReportLines, abscissa_label
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.schema import SI, Composite, composite, si
+from wucht.studies.from_rest_variables import REACHED, from_rest_quantity
 from wucht.studies.motion_variables import natural_vibrations, parameter_values
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, BalancingBodies, Engine, Spec, Start, Tolerance
@@ -116,7 +120,8 @@ class SingleCoastDown:
     rest without being given so. bodies: kind of start of the balancing bodies; phases: their phases to the rotor. label: of
     the configuration in which several rotors start, empty without one. start_speed: of the main rotor. limit: latest end.
     step: between samples. stride: between rows of the result, initially. energy: scale of the works. rest_position: of the
-    axis. events: the rotor turns back, and locked bodies are released. observer: of the motion, for its outcome.
+    axis. events: the rotor turns back, and locked bodies are released. observer: of the motion, for its outcome. operation: the
+    state in which the drives turn the machine at the start; None where study.start gives the speed, or bodies are held.
     """
 
     spec: CoastDown
@@ -135,6 +140,7 @@ class SingleCoastDown:
     rest_position: Mapping[str, float]
     events: tuple[Event, ...]
     observer: MotionObserver
+    operation: SteadyState | None = None
 
     def verdict(self, record: Record) -> Verdict:
         """The verdict on the motion so far: the criteria are those of a run-up."""
@@ -146,17 +152,25 @@ class SingleCoastDown:
 class Plan:
     """Plan of the study: a run for each stable configuration of several rotors, else one.
 
-    held_reason: why the rotors are at the phases of the start, empty where they are not or as requested.
+    held_reason: why the rotors are at the phases of the start, empty where they are not or as requested. driven: the machine
+    with its drives; None where no run starts as they turn it.
     """
 
     runs: tuple[SingleCoastDown, ...]
     held_reason: str = ""
+    driven: Machine | None = None
+
+    @property
+    def operations(self) -> list[SteadyState]:
+        """The states in operation in which the runs start."""
+        return [one.operation for one in self.runs if one.operation is not None]
 
 
 def prepare(spec: CoastDown, machine: Machine, watch: Callable[[], None] | None = None) -> Plan:
     """The plan. watch: called often. Raises ``InputError`` if the start does not fit the machine, or if nothing would turn."""
     coasting = without_drives(machine)
     initial = state_at_start(machine, coasting, spec.start)
+    driven = None if start_gives(spec.start, machine.rotor.name, "speed") else machine
     if spec.bodies != "held" and len(machine.rotors) > 1:
         reason = "no synchronous configuration of the rotors is stable"
         try:
@@ -164,12 +178,27 @@ def prepare(spec: CoastDown, machine: Machine, watch: Callable[[], None] | None 
         except InputError as error:
             states, reason = [], error.explanation
         if states:
-            return Plan(tuple(_one_run(spec, coasting, state, BodyPhases({}), label) for _, label, state in states))
+            runs = (
+                _one_run(spec, coasting, state, BodyPhases({}), label, driven and steady_state(machine, c))
+                for c, label, state in states
+            )
+            return Plan(tuple(runs), driven=driven)
         if spec.bodies == "steady":
             explanation = f"not possible here: {reason}; {HELD_HINT}"
             raise InputError("study.bodies", spec.bodies, explanation, code="no-stable-phases")
         return Plan((_single_run(spec, coasting, initial),), reason)
-    return Plan((_single_run(spec, coasting, initial),))
+    one = _single_run(spec, coasting, initial)
+    is_placed = one.phases and not one.bodies.to_rotor
+    if driven is None or len(machine.rotors) > 1 or is_placed:
+        return Plan((one,))
+    share = _residual_share(coasting, one.phases) if one.bodies.to_rotor else None
+    return Plan((replace(one, operation=SteadyState(abs(one.start_speed), share=share)),), driven=driven)
+
+
+def _residual_share(machine: Machine, phases: Mapping[str, float]) -> float | None:
+    """The residual unbalance of a rotor with its bodies at phases, as a share of its own; None without one."""
+    main, *moments = unbalances(machine)
+    return float(abs(main + moments @ np.exp(1j * np.array(list(phases.values()))))) / abs(main) if main else None
 
 
 def _single_run(spec: CoastDown, coasting: Machine, initial: np.ndarray) -> SingleCoastDown:
@@ -178,7 +207,10 @@ def _single_run(spec: CoastDown, coasting: Machine, initial: np.ndarray) -> Sing
     return _one_run(spec, coasting, place_bodies(coasting, initial, bodies.to_rotor), bodies)
 
 
-def _one_run(spec: CoastDown, coasting: Machine, initial: np.ndarray, bodies: BodyPhases, label: str = "") -> SingleCoastDown:
+def _one_run(
+    spec: CoastDown, coasting: Machine, initial: np.ndarray, bodies: BodyPhases, label: str = "",
+    operation: SteadyState | None = None,
+) -> SingleCoastDown:  # fmt: skip
     """The run from a state (n,) with the carrier at rest. Raises ``InputError`` where its vibration is unbounded."""
     velocity = coasting.rotor.coordinate.velocity
     coasting = machine_in_state(coasting, initial)
@@ -193,6 +225,7 @@ def _one_run(spec: CoastDown, coasting: Machine, initial: np.ndarray, bodies: Bo
         rest_position=axis_at_rest(coasting),
         events=(Event(REVERSAL, velocity, -1 if start_speed > 0 else 1), *release_events(coasting)),
         observer=RunUpCase.from_state(coasting, initial, RunSettings(spec.until, tolerance=spec.tolerance)).observer,
+        operation=operation,
     )  # fmt: skip
 
 
@@ -208,19 +241,33 @@ _ENOUGH_SWINGS = 20
 _AT_REST = (Outcome.STOPPED, Outcome.OSCILLATING)
 
 Coasting = tuple[Record, CompiledSystem]  # the record so far, and the integrated system
-Findings = tuple[Coasting, ...]  # of the runs so far
+
+
+@dataclass(frozen=True)
+class Findings:
+    """The runs so far. from_rest: the end of a run-up from rest, None before it and where no run starts in operation."""
+
+    runs: tuple[Coasting, ...]
+    from_rest: SettledFromRest | None = None
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """Integrate run by run; yield the records after each leg."""
+    """Integrate run by run; yield the records after each leg, and at last the state that is reached from rest."""
     complete_runs, count = list[Coasting](), len(plan.runs)
     for k, one in enumerate(plan.runs):
         part = work if count == 1 else work.part(f"run {k + 1}", k / count, (k + 1) / count)
         latest = None
         for latest in _descend(one, part):
-            yield (*complete_runs, latest)
+            yield Findings((*complete_runs, latest))
         assert latest is not None
         complete_runs.append(latest)
+    if plan.driven is not None:
+        report = partial(_report_run_up, work)
+        yield Findings(tuple(complete_runs), work.unit("from rest", partial(SettledFromRest.of, plan.driven, report)))
+
+
+def _report_run_up(work: Work, share: float) -> None:
+    work.report(share, "run-up from rest")
 
 
 def _descend(plan: SingleCoastDown, work: Work) -> Iterator[Coasting]:
@@ -274,8 +321,9 @@ _LAST = 0.1  # share of the run over which the speeds at the end are taken
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Build the Dataset of a coast-down: that of the first run, and the others beside it."""
-    runs = [_RunResult.of(one, record) for one, (record, _) in zip(plan.runs, findings, strict=False)]
-    one, first, flow = plan.runs[0], runs[0], findings[0][1]
+    runs = [_RunResult.of(one, record) for one, (record, _) in zip(plan.runs, findings.runs, strict=False)]
+    one, first, flow, end_from_rest = plan.runs[0], runs[0], findings.runs[0][1], findings.from_rest
+    answers = _answers(plan, end_from_rest)
     record, units, end = first.record, one.machine.units, first.record.end
     quantities = [
         *first.at_the_end,
@@ -286,7 +334,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         *(q for q in natural_vibrations(one.machine) if q.dimensions),
         *parameter_values(one.machine),
         Quantity("end_state", end.end_state, "state and accumulated works at the end", "", "state"),
-        *_configuration_quantities(one.machine, runs),
+        *_configuration_quantities(one.machine, runs, answers),
+        Quantity("reached_from_rest", answers[0], f"state at the start: {REACHED[0]}"),
+        from_rest_quantity(end_from_rest, units),
     ]
     unit, reversal_time = f" {units.time}" if units.time else "", next(iter(record.reversals), None)
     half = "" if record.half_time is None else f"; the speed has halved after {record.half_time:.5g}{unit}"
@@ -296,7 +346,24 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     failure = next((run.record.end.failure for run in runs if run.record.end.failure), None)
     several = f"; the first of {len(plan.runs)} runs, one from each stable configuration" if len(plan.runs) > 1 else ""
     sentence = f"{first.ending}{half}{back}{several}"
-    return result_dataset(quantities, sentence, _warnings(plan, failure), assumptions, failure, **more)
+    warnings = _warnings(plan, failure) + _reaching_warnings(plan, end_from_rest)
+    return result_dataset(quantities, sentence, warnings, assumptions, failure, **more)
+
+
+def _answers(plan: Plan, end: SettledFromRest | None) -> list[bool | None]:
+    """Return for each run whether the state in which it starts is reached from rest."""
+    if end is None:
+        return [None] * len(plan.runs)
+    return end.is_reached(plan.runs[0].machine.rotor.name, plan.operations)
+
+
+def _reaching_warnings(plan: Plan, end: SettledFromRest | None) -> list[str]:
+    """Return a warning where a run starts in a state that is not reached from rest, or where that is not known."""
+    if end is None or all(answers := _answers(plan, end)):
+        return []
+    labels = [one.label for one in plan.runs]
+    subject = "the operating state at the start is" if len(labels) == 1 else "of the operating states at the start"
+    return [f"{subject} {sentence_from_rest(end, answers, labels)}"]
 
 
 @dataclass(frozen=True)
@@ -326,21 +393,22 @@ class _RunResult:
         return None if self.at_the_end[0].value is None else str(self.at_the_end[0].value)
 
 
-def _configuration_quantities(machine: Machine, runs: Sequence[_RunResult]) -> list[Quantity]:
+def _configuration_quantities(machine: Machine, runs: Sequence[_RunResult], answers: Sequence[bool | None]) -> list[Quantity]:
     """The run from each configuration of several rotors, and over one time if there are several; none for a single rotor."""
     if not runs[0].plan.label:
         return []
     units, orbit, rows = machine.units, machine.orbit_unit, list[dict[str, Any]]()
-    for run in runs:
+    for run, answer in zip(runs, answers, strict=False):
         course = {q.name: q.value for q in _course_quantities(run.plan, run.record, run.rows)}
         keys = ("start_speed", "half_time", "end_time", "peak_amplitude", "peak_speed")
-        rows.append({"configuration": run.plan.label, "outcome": run.outcome} | {key: course[key] for key in keys})
+        names = {"configuration": run.plan.label, "outcome": run.outcome, "reached_from_rest": answer}
+        rows.append(names | {key: course[key] for key in keys})
     parts = {
         "configuration": ("configuration in which the rotors start", ""), "outcome": ("outcome", ""),
         "start_speed": ("speed of the main rotor at the start", units.speed),
         "half_time": ("time after which the speed has halved", units.time), "end_time": ("time at the end", units.time),
         "peak_amplitude": ("largest amplitude of the axis", orbit),
-        "peak_speed": ("mean speed of the rotor over the turn there", units.speed),
+        "peak_speed": ("mean speed of the rotor over the turn there", units.speed), "reached_from_rest": REACHED,
     }  # fmt: skip
     quantities = table("configurations", rows, "the run from each stable synchronous configuration", parts)
     if len(runs) == 1:
