@@ -32,7 +32,7 @@ from wucht.dynamics.run_ups.initial_state import angles_in, format_phases, machi
 from wucht.dynamics.run_ups.operating_points import SteadyState, steady_state
 from wucht.dynamics.run_ups.operating_state import states_in_configurations
 from wucht.dynamics.run_ups.run_up import RunUpCase, verdict_at_end
-from wucht.dynamics.run_ups.settled_from_rest import SettledFromRest, sentence_from_rest
+from wucht.dynamics.run_ups.settled_from_rest import FromRest
 from wucht.dynamics.run_ups.steady_phases import HELD_HINT, BodyPhases
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import MotionObserver, speed_at_largest
@@ -54,7 +54,7 @@ from wucht.plots.time_courses import RANGE, TurnWindows, draw_greatest
 from wucht.results.formatting import ReportLines, abscissa_label
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.schema import SI, Composite, composite, si
-from wucht.studies.from_rest_variables import REACHED, from_rest_quantity
+from wucht.studies.from_rest_variables import FROM_REST_WORDS, from_rest_quantities
 from wucht.studies.motion_variables import natural_vibrations, parameter_values
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, BalancingBodies, Engine, Spec, Start, Tolerance
@@ -179,7 +179,7 @@ def prepare(spec: CoastDown, machine: Machine, watch: Callable[[], None] | None 
             states, reason = [], error.explanation
         if states:
             runs = (
-                _one_run(spec, coasting, state, BodyPhases({}), label, driven and steady_state(machine, c))
+                _one_run(spec, coasting, state, BodyPhases({}), label, steady_state(machine, c) if driven else None)
                 for c, label, state in states
             )
             return Plan(tuple(runs), driven=driven)
@@ -245,10 +245,10 @@ Coasting = tuple[Record, CompiledSystem]  # the record so far, and the integrate
 
 @dataclass(frozen=True)
 class Findings:
-    """The runs so far. from_rest: the end of a run-up from rest, None before it and where no run starts in operation."""
+    """The runs so far. from_rest: the ends of run-ups from rest, None before it and where no run starts in operation."""
 
     runs: tuple[Coasting, ...]
-    from_rest: SettledFromRest | None = None
+    from_rest: FromRest | None = None
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
@@ -262,12 +262,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
         assert latest is not None
         complete_runs.append(latest)
     if plan.driven is not None:
-        report = partial(_report_run_up, work)
-        yield Findings(tuple(complete_runs), work.unit("from rest", partial(SettledFromRest.of, plan.driven, report)))
-
-
-def _report_run_up(work: Work, share: float) -> None:
-    work.report(share, "run-up from rest")
+        yield Findings(tuple(complete_runs), FromRest.of(plan.driven, plan.driven.rotor.name, plan.operations, work))
 
 
 def _descend(plan: SingleCoastDown, work: Work) -> Iterator[Coasting]:
@@ -335,8 +330,8 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         *parameter_values(one.machine),
         Quantity("end_state", end.end_state, "state and accumulated works at the end", "", "state"),
         *_configuration_quantities(one.machine, runs, answers),
-        Quantity("reached_from_rest", answers[0], f"state at the start: {REACHED[0]}"),
-        from_rest_quantity(end_from_rest, units),
+        Quantity("reached_from_rest", answers[0], f"state at the start: {FROM_REST_WORDS[0]}"),
+        *from_rest_quantities(end_from_rest, units),
     ]
     unit, reversal_time = f" {units.time}" if units.time else "", next(iter(record.reversals), None)
     half = "" if record.half_time is None else f"; the speed has halved after {record.half_time:.5g}{unit}"
@@ -350,20 +345,20 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     return result_dataset(quantities, sentence, warnings, assumptions, failure, **more)
 
 
-def _answers(plan: Plan, end: SettledFromRest | None) -> list[bool | None]:
+def _answers(plan: Plan, end: FromRest | None) -> list[bool | None]:
     """Return for each run whether the state in which it starts is reached from rest."""
     if end is None:
         return [None] * len(plan.runs)
     return end.is_reached(plan.runs[0].machine.rotor.name, plan.operations)
 
 
-def _reaching_warnings(plan: Plan, end: SettledFromRest | None) -> list[str]:
+def _reaching_warnings(plan: Plan, end: FromRest | None) -> list[str]:
     """Return a warning where a run starts in a state that is not reached from rest, or where that is not known."""
     if end is None or all(answers := _answers(plan, end)):
         return []
     labels = [one.label for one in plan.runs]
     subject = "the operating state at the start is" if len(labels) == 1 else "of the operating states at the start"
-    return [f"{subject} {sentence_from_rest(end, answers, labels)}"]
+    return [f"{subject} {end.sentence(answers, labels)}"]
 
 
 @dataclass(frozen=True)
@@ -408,7 +403,7 @@ def _configuration_quantities(machine: Machine, runs: Sequence[_RunResult], answ
         "start_speed": ("speed of the main rotor at the start", units.speed),
         "half_time": ("time after which the speed has halved", units.time), "end_time": ("time at the end", units.time),
         "peak_amplitude": ("largest amplitude of the axis", orbit),
-        "peak_speed": ("mean speed of the rotor over the turn there", units.speed), "reached_from_rest": REACHED,
+        "peak_speed": ("mean speed of the rotor over the turn there", units.speed), "reached_from_rest": FROM_REST_WORDS,
     }  # fmt: skip
     quantities = table("configurations", rows, "the run from each stable synchronous configuration", parts)
     if len(runs) == 1:

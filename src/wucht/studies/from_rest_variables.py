@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import asdict
 
-from wucht.dynamics.run_ups.settled_from_rest import SettledFromRest
+from wucht.dynamics.run_ups.settled_from_rest import FromRest
 from wucht.machines.structure import Units
-from wucht.results.quantities import Quantity
+from wucht.results.quantities import Quantity, table
 
-REACHED = ("whether it is reached from rest, null where that is not known", "")
+FROM_REST_WORDS = ("whether it is reached from rest, null where that is not known", "")
 
 
-def from_rest_quantity(end: SettledFromRest | None, units: Units) -> Quantity:
-    """Return the end of the run-up from rest, None where there was none."""
+def from_rest_quantities(from_rest: FromRest | None, units: Units) -> list[Quantity]:
+    """Return the ends of run-ups from rest, none where there was no run."""
     parts = {
         "outcome": ("outcome", ""),
         "sentence": ("sentence on the end, or why it is not known", ""),
@@ -21,5 +21,5 @@ def from_rest_quantity(end: SettledFromRest | None, units: Units) -> Quantity:
         "share": ("residual unbalance, as a share of the main rotor's", ""),
         "end_time": ("time at the end", units.time),
     }
-    value = None if end is None else asdict(end)
-    return Quantity("from_rest", value, "end of a run-up from rest, with the start of the machine", parts=parts)
+    rows = [] if from_rest is None else [asdict(end) for end in from_rest.ends]
+    return table("from_rest", rows, "ends of run-ups from rest, with the default start of the machine", parts)

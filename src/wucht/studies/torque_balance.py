@@ -12,9 +12,8 @@ from pydantic import Field
 
 from wucht.analysis.working_points import TorqueCurves
 from wucht.dynamics.run_ups.operating_points import OperatingPoints, shaft_speed_range, speeds_in_sense
-from wucht.dynamics.run_ups.settled_from_rest import SettledFromRest, sentence_from_rest
+from wucht.dynamics.run_ups.settled_from_rest import FromRest
 from wucht.dynamics.run_ups.steady_phases import SteadyPhases
-from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
@@ -26,7 +25,7 @@ from wucht.results.formatting import ReportLines, with_unit
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.results.starting_text import add_starting_line
 from wucht.schema import SI, Composite, composite, si
-from wucht.studies.from_rest_variables import REACHED, from_rest_quantity
+from wucht.studies.from_rest_variables import FROM_REST_WORDS, from_rest_quantities
 from wucht.studies.motion_variables import natural_vibrations
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import BalancingBodies, Interval, Spec, Start, Whole
@@ -114,10 +113,10 @@ def prepare(spec: TorqueBalance, machine: Machine, watch: Callable[[], None] | N
 
 @dataclass(frozen=True)
 class Findings:
-    """The working points, and the end of a run-up from rest: None before it, and where no state can be reached."""
+    """The working points, and the ends of run-ups from rest: None before it, and where no state can be reached."""
 
     operating: OperatingPoints
-    from_rest: SettledFromRest | None = None
+    from_rest: FromRest | None = None
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
@@ -126,13 +125,8 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     watch()
     findings = Findings(work.unit("search", partial(OperatingPoints.of, plan.steady, plan.curves, plan.search_range, watch)))
     yield findings
-    if any(findings.operating.possible) and plan.steady.is_free:
-        report = partial(_report_run_up, work)
-        yield replace(findings, from_rest=work.unit("from rest", partial(SettledFromRest.of, plan.machine, report)))
-
-
-def _report_run_up(work: Work, share: float) -> None:
-    work.report(share, "run-up from rest")
+    if (states := findings.operating.stable_states(plan.machine)) and plan.steady.is_free:
+        yield replace(findings, from_rest=FromRest.of(plan.machine, plan.curves[0].rotor.name, states, work))
 
 
 def _answers(plan: Plan, findings: Findings) -> list[bool | None]:
@@ -140,8 +134,7 @@ def _answers(plan: Plan, findings: Findings) -> list[bool | None]:
     operating, end = findings.operating, findings.from_rest
     if end is None:
         return [None] * len(operating.points)
-    states = [s for s, possible in zip(operating.states(plan.machine), operating.possible, strict=True) if possible]
-    answers = iter(end.is_reached(plan.curves[0].rotor.name, states))
+    answers = iter(end.is_reached(plan.curves[0].rotor.name, operating.stable_states(plan.machine)))
     return [next(answers) if possible else False for possible in operating.possible]
 
 
@@ -213,7 +206,7 @@ def _point_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
         "overlapping": ("whether bodies of a track overlap", ""),
         "indifferent": ("whether there is a continuous family of phases", ""),
         "family_dimension": ("dimension of the family of phases", ""),
-        "reached_from_rest": REACHED,
+        "reached_from_rest": FROM_REST_WORDS,
     }
     stable_speeds = [p.speed for p, possible in zip(operating.points, operating.possible, strict=True) if possible]
     fastest = max(stable_speeds, key=abs, default=None)
@@ -221,7 +214,7 @@ def _point_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     columns |= {"configuration": str, "overlapping": np.int8} if plan.steady.torques is not None else {}
     return [
         Quantity("operating_speed", fastest, "fastest stable working point", units.speed, headline=True),
-        from_rest_quantity(findings.from_rest, units),
+        *from_rest_quantities(findings.from_rest, units),
         *table("working_points", rows, "steady speeds at which the torques balance", parts, "point", columns),
     ]
 
@@ -263,8 +256,8 @@ def _sentence(plan: Plan, findings: Findings) -> str:
     unit = f" {plan.steady.machine.units.speed}".rstrip()
     labels = operating.labels or [f"{p.speed:.5g}{unit}" for p in operating.points]
     labels_of_stable = [label for label, possible in zip(labels, operating.possible, strict=True) if possible]
-    from_rest = sentence_from_rest(end, answers, labels_of_stable) if end is not None else ""
-    not_started = "" if end is not None and end.outcome == Outcome.NOT_STARTED else not_started_statement(plan.steady.machine)
+    from_rest = end.sentence(answers, labels_of_stable) if end is not None else ""
+    not_started = "" if end is not None and end.is_standing else not_started_statement(plan.steady.machine)
     return "; ".join(filter(None, [_count_sentence(plan, operating), from_rest, not_started]))
 
 
@@ -298,9 +291,9 @@ def report(result: xr.Dataset) -> list[str]:
     for point in [p for p in points if not p.get("overlapping")] or points:  # impossible ones are counted in the verdict
         kind = "stable" if point["stable"] else "touching" if point["tangential"] else "unstable"
         slip = "" if point["slip"] is None else ", slip {slip:%}"
-        reached = "; reached from rest" if point["reached_from_rest"] else ""
+        mark = "; reached from rest" if point["reached_from_rest"] else ""
         lines.add(
-            kind, f"{{speed}}{{bodies}}: {{torque}}{slip}; {_drive(point)}{reached}", point, "working_points",
+            kind, f"{{speed}}{{bodies}}: {{torque}}{slip}; {_drive(point)}{mark}", point, "working_points",
             bodies=_bodies(point),
         )  # fmt: skip
     lines.add("free", "{free_speed} without vibration")

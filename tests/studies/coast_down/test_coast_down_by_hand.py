@@ -20,7 +20,7 @@ from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.numerics.observers.turns import Samples
 from wucht.studies import coast_down as module
-from wucht.studies.coast_down import CoastDown, Plan, SingleCoastDown, dataset, prepare, report
+from wucht.studies.coast_down import CoastDown, Findings, Plan, SingleCoastDown, dataset, prepare, report
 
 # By hand: 20 kg and 2 kg on 8.8e4 N/m and 2.2e5 N/m, so 63.2 rad/s and 100 rad/s.
 CARRIER = {"mass": 20.0, "directions": "xy", "stiffness": [8.8e4, 2.2e5], "damping": [60.0, 90.0]}
@@ -93,7 +93,7 @@ FLOW: Any = SimpleNamespace(engine=SimpleNamespace(name="taylor"), tolerance=1e-
 
 
 def answered(plan: SingleCoastDown, record: Record | None = None) -> xr.Dataset:
-    return titled(dataset(Plan((plan,)), ((record or recorded(plan), FLOW),)))
+    return titled(dataset(Plan((plan,)), Findings(((record or recorded(plan), FLOW),))))
 
 
 # --- the plan ---
@@ -329,14 +329,15 @@ def several(plan: SingleCoastDown, count: int = 2) -> xr.Dataset:
     plans = Plan((replace(plan, label="a"), replace(plan, label="b 1°, c 2°", start_speed=-180.0)))
     longer = {"time": np.linspace(0.0, 12.0, 17), "speed": -np.linspace(180.0, 20.0, 17)}
     records = [recorded(plan), recorded(plan, end={"time": 12.0}, rows=longer, start_speed=-180.0)]
-    return titled(dataset(plans, tuple((record, FLOW) for record in records[:count])))
+    return titled(dataset(plans, Findings(tuple((record, FLOW) for record in records[:count]))))
 
 
 def test_every_run_is_in_the_summary_and_over_one_time(plan: SingleCoastDown) -> None:
     result = several(plan)
     first, second = result.wucht.summary["configurations"]
     assert first == {
-        "configuration": "a", "outcome": None, "start_speed": -200.0, "half_time": pytest.approx(5.0), "end_time": 8.0,
+        "configuration": "a", "outcome": None, "reached_from_rest": None,
+        "start_speed": -200.0, "half_time": pytest.approx(5.0), "end_time": 8.0,
         "peak_amplitude": pytest.approx(2e-3), "peak_speed": pytest.approx(-100.0, abs=0.1),
     }  # fmt: skip
     assert (second["configuration"], second["start_speed"], second["end_time"]) == ("b 1°, c 2°", -180.0, 12.0)

@@ -93,6 +93,10 @@ class OperatingPoints:
             return [SteadyState(abs(p.speed)) for p in self.points]
         return [steady_state(machine, c) for c in self.configurations]
 
+    def stable_states(self, machine: Machine) -> list[SteadyState]:
+        """Return the states of those that are stable and possible."""
+        return [state for state, possible in zip(self.states(machine), self.possible, strict=True) if possible]
+
     @property
     def possible(self) -> list[bool]:
         """True for each point that is stable and without overlapping bodies."""

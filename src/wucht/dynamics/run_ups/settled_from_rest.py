@@ -6,8 +6,9 @@ stable one need not be reached: only a motion decides that.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -33,7 +34,7 @@ _STEADY = (Outcome.COMPENSATED, Outcome.PASSED, Outcome.CAPTURED, Outcome.SYNCHR
 
 @dataclass(frozen=True)
 class SettledFromRest:
-    """The end of a run-up from rest: a unit of work.
+    """The end of a run-up from rest.
 
     outcome: None where there is no such run. sentence: on the end, or why it is not known. speeds: of the rotors, by name, in
     magnitude. phases, share: as of ``SteadyState``. end_time: of the run.
@@ -47,26 +48,8 @@ class SettledFromRest:
     end_time: float | None = None
 
     @classmethod
-    def of(cls, machine: Machine, report: Callable[[float], None]) -> SettledFromRest:
-        """Return the end of a machine's run-up from its default start. report: called with the share that is done."""
-        last = machine.at(machine.breakpoints[-1])
-        if machine.schedules and not free_speed(last, last.rotor) and free_speed(driving_machine(machine), last.rotor):
-            return cls(None, "the schedules switch the drive off again")
-        try:
-            machine, initial = prepare_start(machine, {})
-        except InputError as error:
-            return cls(None, error.explanation)
-        case = RunUpCase.from_state(machine, _apart(machine, initial), RunSettings())
-        longest = _LONGEST * case.horizon.span
-        for (motion,) in run_up(case, Work()):
-            end_time = motion.trajectory.end_time
-            report(end_time / longest)
-            if end_time >= longest:
-                break
-        return cls._of_motion(motion)
-
-    @classmethod
-    def _of_motion(cls, motion: Motion) -> SettledFromRest:
+    def of(cls, motion: Motion) -> SettledFromRest:
+        """Return the end of a run-up."""
         machine, verdict, end_time = motion.case.machine, motion.verdict, motion.trajectory.end_time
         if verdict.outcome in OPEN_OUTCOMES:
             reason = motion.trajectory.failure or verdict.advice or verdict.sentence
@@ -83,7 +66,7 @@ class SettledFromRest:
         return cls(str(verdict.outcome), sentence, speeds, phases, verdict.residual, end_time)
 
     def is_reached(self, rotor: str, states: Sequence[SteadyState]) -> list[bool | None]:
-        """Return for each steady state, whose speeds are of a rotor, whether it is reached from rest; None: it is not known.
+        """Return for each steady state, whose speeds are of a rotor, whether it is this end; None: it is not known.
 
         It is the nearest one within 1 % of the speed, a tenth of the unbalance, and a tenth of a turn of the phases.
         """
@@ -96,7 +79,7 @@ class SettledFromRest:
         return [distance <= min(1.0, nearest + _ALIKE) for distance in distances]
 
     def _distance(self, rotor: str, state: SteadyState) -> float:
-        """Return how far a state is from that reached: the largest of its differences, as a share of what is allowed."""
+        """Return how far a state is from this end: the largest of its differences, as a share of what is allowed."""
         differences = [abs(self.speeds[rotor] - state.speed) / (_SPEED * state.speed)]
         differences += [
             abs(float(wrap_to_pi(phase - self.phases[name]))) / PHASE_TOLERANCE
@@ -108,24 +91,76 @@ class SettledFromRest:
         return max(differences)
 
 
-def _apart(machine: Machine, initial: np.ndarray) -> np.ndarray:
+@dataclass(frozen=True)
+class FromRest:
+    """The ends of run-ups of a machine from rest: a unit of work."""
+
+    ends: tuple[SettledFromRest, ...]
+
+    @classmethod
+    def of(cls, machine: Machine, rotor: str, states: Sequence[SteadyState], work: Work) -> FromRest:
+        """Run a machine up from its default start, its bodies a little apart, until it has settled.
+
+        states: steady states, whose speeds are of a rotor. If not all of them are reached, a second run has these differences
+        reversed: without a side that the machine prefers, small differences decide between states.
+        """
+        return work.unit("from rest", partial(cls._run, machine, rotor, states, work))
+
+    @classmethod
+    def _run(cls, machine: Machine, rotor: str, states: Sequence[SteadyState], work: Work) -> FromRest:
+        last = machine.at(machine.breakpoints[-1])
+        if machine.schedules and not free_speed(last, last.rotor) and free_speed(driving_machine(machine), last.rotor):
+            return cls((SettledFromRest(None, "the schedules switch the drive off again"),))
+        try:
+            machine, initial = prepare_start(machine, {})
+        except InputError as error:
+            return cls((SettledFromRest(None, error.explanation),))
+        first = cls((_run_up(machine, _apart(machine, initial, 1), work.part("", 0.0, 0.5)),))
+        if len(machine.bodies) == 1 or first.is_standing or all(first.is_reached(rotor, states)):
+            return first
+        return cls((*first.ends, _run_up(machine, _apart(machine, initial, -1), work.part("", 0.5, 1.0))))
+
+    def is_reached(self, rotor: str, states: Sequence[SteadyState]) -> list[bool | None]:
+        """Return for each steady state whether a run ends in it; None: that is not known. See ``SettledFromRest``."""
+        answers = zip(*(end.is_reached(rotor, states) for end in self.ends), strict=True)
+        return [True if True in of_state else None if None in of_state else False for of_state in answers]
+
+    def sentence(self, answers: Sequence[bool | None], labels: Sequence[str]) -> str:
+        """Return a clause on the stable states that are reached from rest, by ``is_reached``, with their labels."""
+        names = dict.fromkeys(label for label, yes in zip(labels, answers, strict=True) if yes)
+        ends = "; or ".join(dict.fromkeys(end.sentence for end in self.ends))
+        if len(answers) == 1 and names:
+            return "reached from rest"
+        if names:
+            return f"from rest it reaches {' or '.join(names)}"
+        if None in answers:
+            subject = "it is" if len(answers) == 1 else "one of them is"
+            return f"whether {subject} reached from rest is not known: {ends}"
+        return f"{'not' if len(answers) == 1 else 'none of them is'} reached from rest: {ends}"
+
+    @property
+    def is_standing(self) -> bool:
+        """True if the drive does not start the machine."""
+        return all(end.outcome == Outcome.NOT_STARTED for end in self.ends)
+
+
+def _run_up(machine: Machine, start: np.ndarray, work: Work) -> SettledFromRest:
+    """Run a machine up from a state (n,) until it has settled, or for a long time."""
+    case = RunUpCase.from_state(machine, start, RunSettings())
+    longest = _LONGEST * case.horizon.span
+    for (motion,) in run_up(case, Work()):
+        end_time = motion.trajectory.end_time
+        work.report(end_time / longest, "run-up from rest")
+        if end_time >= longest:
+            break
+    return SettledFromRest.of(motion)
+
+
+def _apart(machine: Machine, initial: np.ndarray, sense: int) -> np.ndarray:
     """Return a state (n,) in which bodies are a little apart: equal ones at the same place would stay together for ever."""
     on_tracks = {b.name for track in machine.tracks for b in track.bodies}
     free = [b for b in machine.bodies if b is not machine.rotor and b.release is None and b.name not in on_tracks]
     state = initial.copy()
     for k, body in enumerate(free, 1):
-        state[machine.row(body.coordinate.position)] += k * _APART
+        state[machine.row(body.coordinate.position)] += sense * k * _APART
     return state
-
-
-def sentence_from_rest(end: SettledFromRest, answers: Sequence[bool | None], labels: Sequence[str]) -> str:
-    """Return a clause on the stable states that are reached from rest, by ``is_reached``, with their labels."""
-    if None in answers:
-        subject = "it is" if len(answers) == 1 else "one of them is"
-        return f"whether {subject} reached from rest is not known: {end.sentence}"
-    if not any(answers):
-        return f"{'not' if len(answers) == 1 else 'none of them is'} reached from rest: {end.sentence}"
-    if len(answers) == 1:
-        return "reached from rest"
-    names = dict.fromkeys(label for label, yes in zip(labels, answers, strict=True) if yes)
-    return f"from rest it reaches {' or '.join(names)}"

@@ -13,7 +13,7 @@ from wucht.analysis.throw import Throw, steady_throw
 from wucht.analysis.vibration import ForcedVibration, WithSlope
 from wucht.analysis.working_points import curves
 from wucht.dynamics.run_ups.operating_points import Operation, vibration_in_operation
-from wucht.dynamics.run_ups.settled_from_rest import SettledFromRest
+from wucht.dynamics.run_ups.settled_from_rest import FromRest
 from wucht.dynamics.run_ups.steady_phases import SteadyPhases
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
@@ -77,14 +77,14 @@ class Findings:
     """The decisive speeds of a response.
 
     speeds: (N,), the maxima among them, without those at which the amplitude is infinite. curves: as of ``SteadyPhases``.
-    operation: the vibration at each stable operating point. from_rest: the end of a run-up from rest, None before it and where
+    operation: the vibration at each stable operating point. from_rest: the ends of run-ups from rest, None before it and where
     there is no such point that it could reach.
     """
 
     speeds: np.ndarray
     curves: tuple[Peaks, ...]
     operation: tuple[Operation, ...] = ()
-    from_rest: SettledFromRest | None = None
+    from_rest: FromRest | None = None
 
     def answers(self, rotor: str) -> list[bool | None]:
         """Return for each operating point of a rotor whether it is reached from rest."""
@@ -105,12 +105,9 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     findings = Findings(speeds, curves, operation)
     yield findings
     if operation and plan.steady.is_free:
-        report = partial(_report_run_up, work)
-        yield replace(findings, from_rest=work.unit("from rest", partial(SettledFromRest.of, plan.machine, report)))
-
-
-def _report_run_up(work: Work, share: float) -> None:
-    work.report(share, "run-up from rest")
+        yield replace(
+            findings, from_rest=FromRest.of(plan.machine, plan.machine.rotor.name, [o.state for o in operation], work)
+        )
 
 
 def _peaks(vibration: ForcedVibration, grid: np.ndarray, speed_range: tuple[float, float]) -> Peaks:
