@@ -108,6 +108,7 @@ class CoastDown(Spec):
         return "without its drives"
 
 
+_WITHOUT_VIBRATION = 0.05  # share by which vibration may keep a rotor below the speed at which a run starts
 SAMPLES_PER_TURN, _FEWEST_SAMPLES, _ROWS = 24, 64, 4000
 _MOST_TURNS = 50_000
 
@@ -192,7 +193,9 @@ def prepare(spec: CoastDown, machine: Machine, watch: Callable[[], None] | None 
     if driven is None or len(machine.rotors) > 1 or is_placed:
         return Plan((one,))
     share = _residual_share(coasting, one.phases) if one.bodies.to_rotor else None
-    return Plan((replace(one, operation=SteadyState(abs(one.start_speed), share=share)),), driven=driven)
+    return Plan(
+        (replace(one, operation=SteadyState(abs(one.start_speed), share=share, reach=_WITHOUT_VIBRATION)),), driven=driven
+    )
 
 
 def _residual_share(machine: Machine, phases: Mapping[str, float]) -> float | None:

@@ -256,8 +256,8 @@ def _sentence(plan: Plan, findings: Findings) -> str:
     unit = f" {plan.steady.machine.units.speed}".rstrip()
     labels = operating.labels or [f"{p.speed:.5g}{unit}" for p in operating.points]
     labels_of_stable = [label for label, possible in zip(labels, operating.possible, strict=True) if possible]
-    from_rest = end.sentence(answers, labels_of_stable) if end is not None else ""
-    not_started = "" if end is not None and end.is_standing else not_started_statement(plan.steady.machine)
+    not_started = not_started_statement(plan.machine)
+    from_rest = "" if end is None else end.sentence(answers, labels_of_stable, with_reason=not not_started)
     return "; ".join(filter(None, [_count_sentence(plan, operating), from_rest, not_started]))
 
 

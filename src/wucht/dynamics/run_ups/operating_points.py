@@ -30,12 +30,14 @@ class SteadyState:
     """A steady state that may be reached.
 
     speed: of a rotor, in magnitude. phases: of the other rotors to the main one, in rad, each in its sense. share: the residual
-    unbalance of the main rotor, as a share of its own; None where that does not matter.
+    unbalance of the main rotor, as a share of its own; None where that does not matter. reach: share by which the speed that is
+    reached may differ, as averaged equations do from the full ones.
     """
 
     speed: float
     phases: Mapping[str, float] = field(default_factory=dict)
     share: float | None = None
+    reach: float = 0.01
 
 
 def steady_state(machine: Machine, c: Configuration) -> SteadyState:

@@ -25,8 +25,8 @@ from wucht.numerics.angles import wrap_to_pi
 
 _LONGEST = 20_000  # turns, or vibrations, at the highest speed expected: a longer run is not worth its time here
 _APART = 0.01  # rad, between bodies at the start
-_SPEED = 0.01  # share of a speed, and of the rotor's unbalance, by which averaged and full equations differ at most
-_UNBALANCE = 0.1
+_STANDSTILL = 1e-6  # of the largest speed
+_UNBALANCE = 0.1  # share of the rotor's unbalance by which averaged and full equations differ at most
 _ALIKE = 1e-3  # difference of distances: states that are mirrored, or in which equal bodies are exchanged
 _AT_REST = (Outcome.STOPPED, Outcome.OSCILLATING, Outcome.NOT_STARTED)
 _STEADY = (Outcome.COMPENSATED, Outcome.PASSED, Outcome.CAPTURED, Outcome.SYNCHRONISED)
@@ -61,14 +61,15 @@ class SettledFromRest:
             phases = {name: phase for name, phase in verdict.locking.phases.items() if name in speeds}
         if verdict.outcome not in _AT_REST:
             unit, several = f" {machine.units.speed}".rstrip(), len(speeds) > 1
-            by_rotor = ", ".join(f"{name} {speed:.4g}" if several else f"{speed:.4g}" for name, speed in speeds.items())
+            shown = {n: w if w > _STANDSTILL * max(speeds.values()) else 0.0 for n, w in speeds.items()}
+            by_rotor = ", ".join(f"{name} {speed:.4g}" if several else f"{speed:.4g}" for name, speed in shown.items())
             sentence += f" ({by_rotor}{unit})"
         return cls(str(verdict.outcome), sentence, speeds, phases, verdict.residual, end_time)
 
     def is_reached(self, rotor: str, states: Sequence[SteadyState]) -> list[bool | None]:
         """Return for each steady state, whose speeds are of a rotor, whether it is this end; None: it is not known.
 
-        It is the nearest one within 1 % of the speed, a tenth of the unbalance, and a tenth of a turn of the phases.
+        It is the nearest one within the reach of its speed, a tenth of the unbalance, and a tenth of a turn of the phases.
         """
         if self.outcome is None or self.outcome in OPEN_OUTCOMES or (self.speeds and rotor not in self.speeds):
             return [None] * len(states)
@@ -80,7 +81,7 @@ class SettledFromRest:
 
     def _distance(self, rotor: str, state: SteadyState) -> float:
         """Return how far a state is from this end: the largest of its differences, as a share of what is allowed."""
-        differences = [abs(self.speeds[rotor] - state.speed) / (_SPEED * state.speed)]
+        differences = [abs(self.speeds[rotor] - state.speed) / (state.reach * state.speed)]
         differences += [
             abs(float(wrap_to_pi(phase - self.phases[name]))) / PHASE_TOLERANCE
             for name, phase in state.phases.items()
@@ -125,18 +126,22 @@ class FromRest:
         answers = zip(*(end.is_reached(rotor, states) for end in self.ends), strict=True)
         return [True if True in of_state else None if None in of_state else False for of_state in answers]
 
-    def sentence(self, answers: Sequence[bool | None], labels: Sequence[str]) -> str:
-        """Return a clause on the stable states that are reached from rest, by ``is_reached``, with their labels."""
+    def sentence(self, answers: Sequence[bool | None], labels: Sequence[str], with_reason: bool = True) -> str:
+        """Return a clause on the stable states that are reached from rest, by ``is_reached``, with their labels.
+
+        with_reason: also why not, where none is.
+        """
         names = dict.fromkeys(label for label, yes in zip(labels, answers, strict=True) if yes)
-        ends = "; or ".join(dict.fromkeys(end.sentence for end in self.ends))
+        one_of_each = {end.outcome: end.sentence for end in reversed(self.ends)}
+        ends = f": {'; or '.join(reversed(one_of_each.values()))}" if with_reason else ""
         if len(answers) == 1 and names:
             return "reached from rest"
         if names:
             return f"from rest it reaches {' or '.join(names)}"
         if None in answers:
             subject = "it is" if len(answers) == 1 else "one of them is"
-            return f"whether {subject} reached from rest is not known: {ends}"
-        return f"{'not' if len(answers) == 1 else 'none of them is'} reached from rest: {ends}"
+            return f"whether {subject} reached from rest is not known{ends}"
+        return f"{'not' if len(answers) == 1 else 'none of them is'} reached from rest{ends}"
 
     @property
     def is_standing(self) -> bool:
