@@ -64,10 +64,8 @@ def test_the_working_point_that_an_own_integration_reaches(slope: float) -> None
     assert [p["reached_from_rest"] for p in points] == [True, False][: len(points)]
     assert points[0]["speed"] == pytest.approx(final, rel=5e-3)
     assert not any(p["reached_from_rest"] for p in balance.wucht.summary["working_points"] if not p["stable"])
-    words = (
-        f"2 of them stable; from rest it reaches {points[0]['speed']:.5g} rad/s" if len(points) == 2 else "reached from rest"
-    )
-    assert balance.attrs["sentence"].endswith(words)
+    of_two = f"2 of them stable; from rest it reaches {points[0]['speed']:.5g} rad/s"
+    assert balance.attrs["sentence"].endswith(of_two if len(points) == 2 else "reached from rest")
     (end,) = balance.wucht.summary["from_rest"]
     assert end["outcome"] == ("captured" if len(points) == 2 else "passed")
     assert end["speeds"]["r"] == pytest.approx(final, rel=1e-3)
@@ -79,6 +77,7 @@ def test_the_working_point_that_an_own_integration_reaches(slope: float) -> None
     assert len(warnings) == len(points) - 1
 
 
+@pytest.mark.slow
 def test_of_two_configurations_the_one_of_a_run_up() -> None:
     """Three exciters in a circle run in two orders; without a start each of the two is reached or not as in a run-up."""
     deck = machine_from(three_in_a_circle(1))
@@ -88,8 +87,8 @@ def test_of_two_configurations_the_one_of_a_run_up() -> None:
     distances = [
         max(abs(math.remainder(p["phases"][n] - final["rotor_phases"][n], 2 * math.pi)) for n in ("e2", "e3")) for p in points
     ]
-    assert points[int(np.argmin(distances))]["reached_from_rest"] is True and min(distances) < 0.05 < 1.0 < max(distances)
-    assert [p["reached_from_rest"] for p in stable(run(TorqueBalance(), deck))] == [p["reached_from_rest"] for p in points]
+    assert min(distances) < 0.05 and max(distances) > 1.0
+    assert points[int(np.argmin(distances))]["reached_from_rest"] is True
 
 
 def screen(**drives: Any) -> dict[str, Any]:

@@ -61,8 +61,8 @@ class SettledFromRest:
             phases = {name: phase for name, phase in verdict.locking.phases.items() if name in speeds}
         if verdict.outcome not in _AT_REST:
             unit, several = f" {machine.units.speed}".rstrip(), len(speeds) > 1
-            shown = {n: w if w > _STANDSTILL * max(speeds.values()) else 0.0 for n, w in speeds.items()}
-            by_rotor = ", ".join(f"{name} {speed:.4g}" if several else f"{speed:.4g}" for name, speed in shown.items())
+            magnitudes = {n: w if w > _STANDSTILL * max(speeds.values()) else 0.0 for n, w in speeds.items()}
+            by_rotor = ", ".join(f"{name} {speed:.4g}" if several else f"{speed:.4g}" for name, speed in magnitudes.items())
             sentence += f" ({by_rotor}{unit})"
         return cls(str(verdict.outcome), sentence, speeds, phases, verdict.residual, end_time)
 
