@@ -344,7 +344,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     failure = next((run.record.end.failure for run in runs if run.record.end.failure), None)
     several = f"; the first of {len(plan.runs)} runs, one from each stable configuration" if len(plan.runs) > 1 else ""
     sentence = f"{first.ending}{half}{back}{several}"
-    warnings = _warnings(plan, failure) + _reaching_warnings(plan, end_from_rest)
+    warnings = [*_warnings(plan, failure), *_reaching_warnings(plan, end_from_rest), *first.advice]
     return result_dataset(quantities, sentence, warnings, assumptions, failure, **more)
 
 
@@ -384,6 +384,12 @@ class _RunResult:
         if np.abs(work).max(initial=0.0) <= noise:  # of a rotor that nothing brakes, whose speed drifts by rounding
             rows["dissipated_work"] = np.zeros_like(work)
         return cls(plan, record, rows, *_ending(plan, record))
+
+    @property
+    def advice(self) -> list[str]:
+        """How long to run until the outcome of a rotor that has turned back is known; nothing where it is."""
+        advice = self.plan.verdict(self.record).advice if self.outcome is None and self.record.reversals else None
+        return [advice] if advice else []
 
     @property
     def outcome(self) -> str | None:

@@ -162,6 +162,15 @@ def test_the_same_motion_has_the_same_outcome_through_both_doors(until: float | 
     assert down.attrs["sentence"].partition(";")[0] == up.attrs["sentence"]
 
 
+def test_where_a_swing_may_yet_die_out_it_says_how_long_to_run() -> None:
+    """As the run-up of the same motion does."""
+    heavy = disc(2e-3, 9.81, bodies=[heavy_body(LOSS)])
+    start = {"disc": {"angle": -math.pi / 2, "speed": 20.0}}
+    down, up = run(CoastDown(until=20.0, start=start), heavy), run(RunUp(until=20.0, start=start), heavy)
+    assert (down.wucht.summary["outcome"], up.attrs["outcome"]) == (None, "unidentified")
+    assert down.wucht.warnings == [up.wucht.summary["advice"]]
+
+
 @pytest.mark.parametrize(("share", "outcome"), [(0.97, "oscillating"), (1.03, None)])
 def test_an_undamped_disc_swings_below_the_speed_at_which_it_turns_over(share: float, outcome: str | None) -> None:
     """From its lowest place it turns over at J w^2/2 = 2 U g; a run-up calls what turns on by another name."""

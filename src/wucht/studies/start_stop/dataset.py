@@ -212,9 +212,11 @@ def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a cycle."""
     s, lines = result.wucht.summary, ReportLines(result)
     there = {key: f", at {{{key}}}" if s[key] is not None else "" for key in ("peak_speed_up", "peak_speed_down")}
-    lines.add("up", "{peak_amplitude_up} at most" + there["peak_speed_up"])
+    if s["peak_amplitude_up"]:
+        lines.add("up", "{peak_amplitude_up} at most" + there["peak_speed_up"])
     lines.add("operation", "{operating_amplitude} at {operating_speed}; switched off at {switch_off_time:.4g}")
-    lines.add("down", "{peak_amplitude_down} at most" + there["peak_speed_down"])
+    if s["peak_amplitude_down"]:
+        lines.add("down", "{peak_amplitude_down} at most" + there["peak_speed_down"])
     lines.add("bearings", "{forces} at most, of each rotor on the carrier", forces=_largest(s["bearing_forces"], lines, "N"))
     if s["mount_travel"]:
         lines.add("travel", "{travels} at most from rest", travels=_largest(s["mount_travel"], lines, "m"))
