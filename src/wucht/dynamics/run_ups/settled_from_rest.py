@@ -102,8 +102,8 @@ class FromRest:
     def of(cls, machine: Machine, rotor: str, states: Sequence[SteadyState], work: Work) -> FromRest:
         """Run a machine up from its default start, its bodies a little apart, until it has settled.
 
-        states: steady states, whose speeds are of a rotor. If not all of them are reached, a second run has these differences
-        reversed: without a side that the machine prefers, small differences decide between states.
+        states: steady states, whose speeds are of a rotor. If some of them are not reached, a second run has these differences
+        reversed, unless the first is undecided: without a side that the machine prefers, they decide between states.
         """
         return work.unit("from rest", partial(cls._run, machine, rotor, states, work))
 
@@ -117,7 +117,8 @@ class FromRest:
         except InputError as error:
             return cls((SettledFromRest(None, error.explanation),))
         first = cls((_run_up(machine, _apart(machine, initial, 1), work.part("", 0.0, 0.5)),))
-        if len(machine.bodies) == 1 or first.is_standing or all(first.is_reached(rotor, states)):
+        answers = first.is_reached(rotor, states)
+        if len(machine.bodies) == 1 or first.is_standing or None in answers or all(answers):
             return first
         return cls((*first.ends, _run_up(machine, _apart(machine, initial, -1), work.part("", 0.5, 1.0))))
 
