@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from typing import Any
 
@@ -55,6 +56,43 @@ def test_doubts_about_balancers(rotor_moment: float, balls: list[float], doubts:
     made = machine(rotor("a", rotor_moment), *(ball(f"p{i}", m) for i, m in enumerate(balls)))
     assert len(made.warnings) == len(doubts)
     assert all(part in warning for part, warning in zip(doubts, made.warnings, strict=True))
+
+
+def rings(unbalance: float, tracks: dict[str, tuple[int, float]]) -> Machine:
+    """A rotor with tracks of so many equal balls, 0.01 kg m each, that fill so large an angle each."""
+    balls = [
+        ball(f"{name}{k}", 0.01, track=name, diameter=0.2 * math.sin(width / 2), restitution=0.5)
+        for name, (count, width) in tracks.items()
+        for k in range(count)
+    ]
+    return machine(rotor("a", unbalance), *balls)
+
+
+@pytest.mark.parametrize(
+    ("tracks", "capacity"),
+    [
+        ({"p": (12, 0.05)}, 0.01 * math.sin(0.3) / math.sin(0.025)),
+        ({"p": (12, 0.25)}, 0.01 * math.sin(1.5) / math.sin(0.125)),
+        ({"p": (12, 0.5)}, 0.01 * math.sin(3.0) / math.sin(0.25)),  # beyond half a circle more balls are a loss
+        ({"p": (6, 0.25), "q": (6, 0.25)}, 0.02 * math.sin(0.75) / math.sin(0.125)),
+        ({"p": (6, 0.25), "q": (1, 0.25)}, 0.01 * (1 + math.sin(0.75) / math.sin(0.125))),
+    ],
+)
+def test_balls_of_a_track_compensate_what_they_do_side_by_side(tracks: dict[str, tuple[int, float]], capacity: float) -> None:
+    """n unbalances U, the angle a apart, add up to U sin(n a/2)/sin(a/2); those of several tracks add up, so do free ones."""
+    (only,) = rings(1.001 * capacity, tracks).warnings
+    assert f"more than the {capacity:.4g} kg m" in only and "side by side" in only
+    assert rings(0.999 * capacity, tracks).warnings == ()
+
+
+def test_unequal_balls_of_a_track_keep_their_order() -> None:
+    """Side by side, the row may begin at any of them: 2, 1, 1, 3 do most as 1, 1, 3, 2 or 3, 2, 1, 1."""
+    width, sizes = 0.6, (0.02, 0.01, 0.01, 0.03)
+    balls = [ball(f"p{k}", m, track="p", diameter=0.2 * math.sin(width / 2), restitution=0.5) for k, m in enumerate(sizes)]
+    rows = [sizes[k:] + sizes[:k] for k in range(4)]
+    best = max(abs(sum(m * cmath.exp(1j * width * i) for i, m in enumerate(row))) for row in rows)
+    assert any(f"more than the {best:.4g} kg m" in w for w in machine(rotor("a", 1.001 * best), *balls).warnings)
+    assert machine(rotor("a", 0.999 * best), *balls).warnings == ()
 
 
 def test_each_rotor_has_balancers_of_its_own() -> None:

@@ -23,7 +23,7 @@ from wucht.machines.parts.support import Support
 from wucht.machines.parts.track import TrackBody
 from wucht.machines.schedules import Schedule, schedules_of
 from wucht.machines.structure import Units
-from wucht.machines.tracks import FREQUENCY_RATIO, MechanismT, arrange_contacts, starts, tracks_of
+from wucht.machines.tracks import FREQUENCY_RATIO, MechanismT, arrange_contacts, balancing_capacity, starts, tracks_of
 from wucht.machines.tree import RotatingBody, SlidingBody, Tree
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
@@ -255,6 +255,7 @@ def _check_jumps(schedules: tuple[Schedule, ...], prescribed_speeds: Mapping[str
             raise InputError(f"schedules[{i}].interpolation", "steps", sentence)
 
 
+_ROUNDING = 1e-9  # of an unbalance
 _EXCITING = 1.5  # times the rotor's unbalance: a single body with more is part of an exciter, and not to balance the rotor
 
 
@@ -264,9 +265,14 @@ def _doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
     turning = [b for b in bodies if b.turns()]
     for rotor in (b for b in turning if b.reference is None):
         rotor_moment = rotor.number(rotor.moment())
-        balancers = [b.number(b.largest_moment()) for b in turning if b.reference == rotor.name]
-        if balancers and rotor_moment > sum(balancers):
-            together = f"the {sum(balancers):.4g} kg m that its balancers can compensate together; they can only reduce it"
+        moments = {b.name: b.number(b.largest_moment()) for b in turning if b.reference == rotor.name}
+        balancers = list(moments.values())
+        capacity = balancing_capacity(moments, [b for b in turning if b.name in moments and isinstance(b, TrackBody)])
+        if balancers and rotor_moment > capacity * (1 + _ROUNDING):
+            side_by_side = ", side by side on their track" if capacity < sum(balancers) * (1 - _ROUNDING) else ""
+            together = (
+                f"the {capacity:.4g} kg m that its balancers can compensate together{side_by_side}; they can only reduce it"
+            )
             warnings.append(f"the unbalance of {rotor.name!r} is {rotor_moment:.4g} kg m, more than {together}")
         largest = max(balancers, default=0.0)
         if len(balancers) > 1 and largest > rotor_moment + sum(balancers) - largest:

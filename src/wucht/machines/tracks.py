@@ -10,8 +10,10 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import TypeVar
 
+import numpy as np
 import sympy as sp
 
 from wucht.errors import InputError
@@ -74,6 +76,33 @@ def gaps(machine: Mechanism, track: Track) -> tuple[sp.Expr, ...]:
     """Return the angles between neighbours on a track of a machine, negative while they touch, in rad."""
     along = [machine.body(name).coordinate for name in track.order]
     return tuple(_gap(track, k, a, b) for k, (a, b) in enumerate(zip(along, [*along[1:], along[0]], strict=True)))
+
+
+def balancing_capacity(moments: Mapping[str, float], bodies: Sequence[TrackBody]) -> float:
+    """Return the largest unbalance that bodies about one rotor can compensate together.
+
+    moments: the unbalance of each, by name; those that can pass each other add up. bodies: those of them that are on tracks,
+    where they come no nearer than side by side: n equal ones, the angle a from one to the next, have U sin(n a/2)/sin(a/2).
+    """
+    tracks = dict[str, list[TrackBody]]()
+    for b in bodies:
+        if b.track is not None:
+            tracks.setdefault(b.track, []).append(b)
+    on_track = {b.name for track in tracks.values() for b in track}
+    free = sum(abs(moment) for name, moment in moments.items() if name not in on_track)
+    return free + sum(_largest_sum(track, moments) for track in tracks.values())
+
+
+def _largest_sum(bodies: Sequence[TrackBody], moment: Mapping[str, float]) -> float:
+    """Return the largest sum of the unbalances of a track's bodies, in their order: the row begins at any."""
+    angles = starts(bodies)
+    order = sorted(bodies, key=lambda b: angles[b.name] % (2 * math.pi))
+    sums = []
+    for k in range(len(order)):
+        row = [*order[k:], *order[:k]]
+        places = np.cumsum([0.0, *(angular_width(a, b) for a, b in pairwise(row))])
+        sums.append(abs(np.exp(1j * places) @ [abs(moment[b.name]) for b in row]))
+    return float(max(sums))
 
 
 def _contacts(

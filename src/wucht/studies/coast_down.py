@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
+from wucht.analysis.vibration import unbalances
 from wucht.analysis.working_points import energy_scale
 from wucht.dynamics.run_ups.coasting import (
     REVERSAL,
@@ -26,11 +27,17 @@ from wucht.dynamics.run_ups.coasting import (
     vibrating_state,
     without_drives,
 )
-from wucht.dynamics.run_ups.initial_state import angles_in, format_phases, machine_in_state
+from wucht.dynamics.run_ups.horizon import RunSettings
+from wucht.dynamics.run_ups.initial_state import angles_in, format_phases, machine_in_state, start_gives
+from wucht.dynamics.run_ups.operating_points import SteadyState, steady_state
 from wucht.dynamics.run_ups.operating_state import states_in_configurations
+from wucht.dynamics.run_ups.run_up import RunUpCase, verdict_at_end
+from wucht.dynamics.run_ups.settled_from_rest import FromRest
 from wucht.dynamics.run_ups.steady_phases import HELD_HINT, BodyPhases
 from wucht.dynamics.verdicts.noise import Noise
+from wucht.dynamics.verdicts.observation import MotionObserver, speed_at_largest
 from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.changes import release_events
@@ -39,6 +46,7 @@ from wucht.machines.operation import axis_at_rest, natural_frequencies
 from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integration import integrate
+from wucht.numerics.flow.trajectory import Trajectory
 from wucht.plots.scales import name_speeds, printed_values
 from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, GREY, line_style, mark_levels
@@ -46,6 +54,7 @@ from wucht.plots.time_courses import RANGE, TurnWindows, draw_greatest
 from wucht.results.formatting import ReportLines, abscissa_label
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.schema import SI, Composite, composite, si
+from wucht.studies.from_rest_variables import FROM_REST_WORDS, from_rest_quantities
 from wucht.studies.motion_variables import natural_vibrations, parameter_values
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import DEFAULT_TOLERANCE, FULL_EQUATIONS, BalancingBodies, Engine, Spec, Start, Tolerance
@@ -99,6 +108,7 @@ class CoastDown(Spec):
         return "without its drives"
 
 
+_WITHOUT_VIBRATION = 0.05  # share by which vibration may keep a rotor below the speed at which a run starts
 SAMPLES_PER_TURN, _FEWEST_SAMPLES, _ROWS = 24, 64, 4000
 _MOST_TURNS = 50_000
 
@@ -111,7 +121,8 @@ class SingleCoastDown:
     rest without being given so. bodies: kind of start of the balancing bodies; phases: their phases to the rotor. label: of
     the configuration in which several rotors start, empty without one. start_speed: of the main rotor. limit: latest end.
     step: between samples. stride: between rows of the result, initially. energy: scale of the works. rest_position: of the
-    axis. events: the rotor turns back, and locked bodies are released.
+    axis. events: the rotor turns back, and locked bodies are released. observer: of the motion, for its outcome. operation: the
+    state in which the drives turn the machine at the start; None where study.start gives the speed, or bodies are held.
     """
 
     spec: CoastDown
@@ -129,23 +140,38 @@ class SingleCoastDown:
     energy: float
     rest_position: Mapping[str, float]
     events: tuple[Event, ...]
+    observer: MotionObserver
+    operation: SteadyState | None = None
+
+    def verdict(self, record: Record) -> Verdict:
+        """The verdict on the motion so far: the criteria are those of a run-up."""
+        assert record.observation is not None
+        return verdict_at_end(self.machine, record.observation, record.end)
 
 
 @dataclass(frozen=True)
 class Plan:
     """Plan of the study: a run for each stable configuration of several rotors, else one.
 
-    held_reason: why the rotors are at the phases of the start, empty where they are not or as requested.
+    held_reason: why the rotors are at the phases of the start, empty where they are not or as requested. driven: the machine
+    with its drives; None where no run starts as they turn it.
     """
 
     runs: tuple[SingleCoastDown, ...]
     held_reason: str = ""
+    driven: Machine | None = None
+
+    @property
+    def operations(self) -> list[SteadyState]:
+        """The states in operation in which the runs start."""
+        return [one.operation for one in self.runs if one.operation is not None]
 
 
 def prepare(spec: CoastDown, machine: Machine, watch: Callable[[], None] | None = None) -> Plan:
     """The plan. watch: called often. Raises ``InputError`` if the start does not fit the machine, or if nothing would turn."""
     coasting = without_drives(machine)
     initial = state_at_start(machine, coasting, spec.start)
+    driven = None if start_gives(spec.start, machine.rotor.name, "speed") else machine
     if spec.bodies != "held" and len(machine.rotors) > 1:
         reason = "no synchronous configuration of the rotors is stable"
         try:
@@ -153,12 +179,29 @@ def prepare(spec: CoastDown, machine: Machine, watch: Callable[[], None] | None 
         except InputError as error:
             states, reason = [], error.explanation
         if states:
-            return Plan(tuple(_one_run(spec, coasting, state, BodyPhases({}), label) for _, label, state in states))
+            runs = (
+                _one_run(spec, coasting, state, BodyPhases({}), label, steady_state(machine, c) if driven else None)
+                for c, label, state in states
+            )
+            return Plan(tuple(runs), driven=driven)
         if spec.bodies == "steady":
             explanation = f"not possible here: {reason}; {HELD_HINT}"
             raise InputError("study.bodies", spec.bodies, explanation, code="no-stable-phases")
         return Plan((_single_run(spec, coasting, initial),), reason)
-    return Plan((_single_run(spec, coasting, initial),))
+    one = _single_run(spec, coasting, initial)
+    is_placed = one.phases and not one.bodies.to_rotor
+    if driven is None or len(machine.rotors) > 1 or is_placed:
+        return Plan((one,))
+    share = _residual_share(coasting, one.phases) if one.bodies.to_rotor else None
+    return Plan(
+        (replace(one, operation=SteadyState(abs(one.start_speed), share=share, reach=_WITHOUT_VIBRATION)),), driven=driven
+    )
+
+
+def _residual_share(machine: Machine, phases: Mapping[str, float]) -> float | None:
+    """The residual unbalance of a rotor with its bodies at phases, as a share of its own; None without one."""
+    main, *moments = unbalances(machine)
+    return float(abs(main + moments @ np.exp(1j * np.array(list(phases.values()))))) / abs(main) if main else None
 
 
 def _single_run(spec: CoastDown, coasting: Machine, initial: np.ndarray) -> SingleCoastDown:
@@ -167,7 +210,10 @@ def _single_run(spec: CoastDown, coasting: Machine, initial: np.ndarray) -> Sing
     return _one_run(spec, coasting, place_bodies(coasting, initial, bodies.to_rotor), bodies)
 
 
-def _one_run(spec: CoastDown, coasting: Machine, initial: np.ndarray, bodies: BodyPhases, label: str = "") -> SingleCoastDown:
+def _one_run(
+    spec: CoastDown, coasting: Machine, initial: np.ndarray, bodies: BodyPhases, label: str = "",
+    operation: SteadyState | None = None,
+) -> SingleCoastDown:  # fmt: skip
     """The run from a state (n,) with the carrier at rest. Raises ``InputError`` where its vibration is unbounded."""
     velocity = coasting.rotor.coordinate.velocity
     coasting = machine_in_state(coasting, initial)
@@ -181,6 +227,8 @@ def _one_run(spec: CoastDown, coasting: Machine, initial: np.ndarray, bodies: Bo
         stride=turn if spec.until is None else limit / _ROWS, energy=energy_scale(coasting),
         rest_position=axis_at_rest(coasting),
         events=(Event(REVERSAL, velocity, -1 if start_speed > 0 else 1), *release_events(coasting)),
+        observer=RunUpCase.from_state(coasting, initial, RunSettings(spec.until, tolerance=spec.tolerance)).observer,
+        operation=operation,
     )  # fmt: skip
 
 
@@ -193,29 +241,40 @@ SAMPLES_A_LEG = 20_480
 SLOW = 0.01  # of the speed at the start: without `until` the run ends below it
 _STILL = 1e-4  # likewise, after the rotor has turned back
 _ENOUGH_SWINGS = 20
+_AT_REST = (Outcome.STOPPED, Outcome.OSCILLATING)
 
 Coasting = tuple[Record, CompiledSystem]  # the record so far, and the integrated system
-Findings = tuple[Coasting, ...]  # of the runs so far
+
+
+@dataclass(frozen=True)
+class Findings:
+    """The runs so far. from_rest: the ends of run-ups from rest, None before it and where no run starts in operation."""
+
+    runs: tuple[Coasting, ...]
+    from_rest: FromRest | None = None
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """Integrate run by run; yield the records after each leg."""
+    """Integrate run by run; yield the records after each leg, and at last the state that is reached from rest."""
     complete_runs, count = list[Coasting](), len(plan.runs)
     for k, one in enumerate(plan.runs):
         part = work if count == 1 else work.part(f"run {k + 1}", k / count, (k + 1) / count)
         latest = None
         for latest in _descend(one, part):
-            yield (*complete_runs, latest)
+            yield Findings((*complete_runs, latest))
         assert latest is not None
         complete_runs.append(latest)
+    if plan.driven is not None:
+        yield Findings(tuple(complete_runs), FromRest.of(plan.driven, plan.driven.rotor.name, plan.operations, work))
 
 
 def _descend(plan: SingleCoastDown, work: Work) -> Iterator[Coasting]:
     """Integrate one run; yield the record after each leg."""
     flow = compile_system(plan.machine.system, plan.spec.tolerance, plan.events, plan.spec.engine)
     start = integrate(flow, plan.initial, plan.machine.values, np.zeros(1))
-    record = Record(start_speed=plan.start_speed, stride=plan.stride, end=start)
-    yield record.update(reduce_leg(plan.machine, plan.rest_position, flow, record, start)), flow
+    record = Record(start_speed=plan.start_speed, stride=plan.stride, end=start, observation=plan.observer.begin())
+    record = record.update(_reduce_and_observe(plan, flow, record, start))
+    yield record, flow
     while not _has_ended(plan, record):
         record = record.update(work.unit(f"leg {record.legs + 1}", partial(_leg, plan, flow, record, work)))
         yield record, flow
@@ -227,7 +286,14 @@ def _leg(plan: SingleCoastDown, flow: CompiledSystem, before: Record, work: Work
     count = max(1, min(SAMPLES_A_LEG, round((plan.limit - last.end_time) / plan.step)))
     grid = last.end_time + plan.step * np.arange(count + 1)
     t = integrate(flow, last.end_state, last.final_parameter_values, grid, partial(_report, plan, work), plan.energy)
-    return reduce_leg(plan.machine, plan.rest_position, flow, before, t.reraise_interrupt())
+    return _reduce_and_observe(plan, flow, before, t.reraise_interrupt())
+
+
+def _reduce_and_observe(plan: SingleCoastDown, flow: CompiledSystem, before: Record, t: Trajectory) -> Descent:
+    """Reduce a leg to its record, and observe it."""
+    assert before.observation is not None
+    leg = reduce_leg(plan.machine, plan.rest_position, flow, before, t)
+    return replace(leg, observation=plan.observer.update(before.observation, t))
 
 
 def _report(plan: SingleCoastDown, work: Work, time: float) -> None:
@@ -243,18 +309,19 @@ def _has_ended(plan: SingleCoastDown, record: Record) -> bool:
         return False
     rows, start_speed = record.rows, abs(record.start_speed)
     if record.reversals:
-        return len(record.reversals) >= _ENOUGH_SWINGS or abs(rows["max_speed"][-1]) < _STILL * start_speed
+        is_enough = len(record.reversals) >= _ENOUGH_SWINGS or abs(rows["max_speed"][-1]) < _STILL * start_speed
+        return is_enough and plan.verdict(record).outcome in _AT_REST
     return bool(record.turns.size) and abs(rows["speed"][-1]) < SLOW * start_speed
 
 
-AT_REST = 1e-4  # of the speed at the start
-_LAST = 0.1  # share of the run from which the outcome is determined
+_LAST = 0.1  # share of the run over which the speeds at the end are taken
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Build the Dataset of a coast-down: that of the first run, and the others beside it."""
-    runs = [_RunResult.of(one, record) for one, (record, _) in zip(plan.runs, findings, strict=False)]
-    one, first, flow = plan.runs[0], runs[0], findings[0][1]
+    runs = [_RunResult.of(one, record) for one, (record, _) in zip(plan.runs, findings.runs, strict=False)]
+    one, first, flow, end_from_rest = plan.runs[0], runs[0], findings.runs[0][1], findings.from_rest
+    answers = _answers(plan, end_from_rest)
     record, units, end = first.record, one.machine.units, first.record.end
     quantities = [
         *first.at_the_end,
@@ -265,7 +332,9 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
         *(q for q in natural_vibrations(one.machine) if q.dimensions),
         *parameter_values(one.machine),
         Quantity("end_state", end.end_state, "state and accumulated works at the end", "", "state"),
-        *_configuration_quantities(one.machine, runs),
+        *_configuration_quantities(one.machine, runs, answers),
+        Quantity("reached_from_rest", answers[0], f"state at the start: {FROM_REST_WORDS[0]}"),
+        *from_rest_quantities(end_from_rest, units),
     ]
     unit, reversal_time = f" {units.time}" if units.time else "", next(iter(record.reversals), None)
     half = "" if record.half_time is None else f"; the speed has halved after {record.half_time:.5g}{unit}"
@@ -275,7 +344,24 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     failure = next((run.record.end.failure for run in runs if run.record.end.failure), None)
     several = f"; the first of {len(plan.runs)} runs, one from each stable configuration" if len(plan.runs) > 1 else ""
     sentence = f"{first.ending}{half}{back}{several}"
-    return result_dataset(quantities, sentence, _warnings(plan, failure), assumptions, failure, **more)
+    warnings = [*_warnings(plan, failure), *_reaching_warnings(plan, end_from_rest), *first.advice]
+    return result_dataset(quantities, sentence, warnings, assumptions, failure, **more)
+
+
+def _answers(plan: Plan, end: FromRest | None) -> list[bool | None]:
+    """Return for each run whether the state in which it starts is reached from rest."""
+    if end is None:
+        return [None] * len(plan.runs)
+    return end.is_reached(plan.runs[0].machine.rotor.name, plan.operations)
+
+
+def _reaching_warnings(plan: Plan, end: FromRest | None) -> list[str]:
+    """Return a warning where a run starts in a state that is not reached from rest, or where that is not known."""
+    if end is None or all(answers := _answers(plan, end)):
+        return []
+    labels = [one.label for one in plan.runs]
+    subject = "the operating state at the start is" if len(labels) == 1 else "of the operating states at the start"
+    return [f"{subject} {end.sentence(answers, labels)}"]
 
 
 @dataclass(frozen=True)
@@ -297,7 +383,13 @@ class _RunResult:
         work, noise = rows["dissipated_work"], Noise.of(plan.spec.tolerance).angle * record.balance.scale
         if np.abs(work).max(initial=0.0) <= noise:  # of a rotor that nothing brakes, whose speed drifts by rounding
             rows["dissipated_work"] = np.zeros_like(work)
-        return cls(plan, record, rows, *_ending(record, plan.machine.units.speed))
+        return cls(plan, record, rows, *_ending(plan, record))
+
+    @property
+    def advice(self) -> list[str]:
+        """How long to run until the outcome of a rotor that has turned back is known; nothing where it is."""
+        advice = self.plan.verdict(self.record).advice if self.outcome is None and self.record.reversals else None
+        return [advice] if advice else []
 
     @property
     def outcome(self) -> str | None:
@@ -305,20 +397,22 @@ class _RunResult:
         return None if self.at_the_end[0].value is None else str(self.at_the_end[0].value)
 
 
-def _configuration_quantities(machine: Machine, runs: Sequence[_RunResult]) -> list[Quantity]:
+def _configuration_quantities(machine: Machine, runs: Sequence[_RunResult], answers: Sequence[bool | None]) -> list[Quantity]:
     """The run from each configuration of several rotors, and over one time if there are several; none for a single rotor."""
     if not runs[0].plan.label:
         return []
     units, orbit, rows = machine.units, machine.orbit_unit, list[dict[str, Any]]()
-    for run in runs:
+    for run, answer in zip(runs, answers, strict=False):
         course = {q.name: q.value for q in _course_quantities(run.plan, run.record, run.rows)}
         keys = ("start_speed", "half_time", "end_time", "peak_amplitude", "peak_speed")
-        rows.append({"configuration": run.plan.label, "outcome": run.outcome} | {key: course[key] for key in keys})
+        names = {"configuration": run.plan.label, "outcome": run.outcome, "reached_from_rest": answer}
+        rows.append(names | {key: course[key] for key in keys})
     parts = {
         "configuration": ("configuration in which the rotors start", ""), "outcome": ("outcome", ""),
         "start_speed": ("speed of the main rotor at the start", units.speed),
         "half_time": ("time after which the speed has halved", units.time), "end_time": ("time at the end", units.time),
-        "peak_amplitude": ("largest amplitude of the axis", orbit), "peak_speed": ("speed of the rotor there", units.speed),
+        "peak_amplitude": ("largest amplitude of the axis", orbit),
+        "peak_speed": ("mean speed of the rotor over the turn there", units.speed), "reached_from_rest": FROM_REST_WORDS,
     }  # fmt: skip
     quantities = table("configurations", rows, "the run from each stable synchronous configuration", parts)
     if len(runs) == 1:
@@ -365,7 +459,8 @@ def _course_quantities(plan: SingleCoastDown, record: Record, rows: Mapping[str,
     """Times of the coast-down, number of turns, and largest vibration."""
     units, largest = plan.machine.units, int(rows["amplitude"].argmax())
     turns, amplitude = float(rows["angle"][-1] - rows["angle"][0]) / (2 * math.pi), float(rows["amplitude"][largest])
-    peak_speed, residual = float(rows["speed"][largest]) if amplitude else None, float(rows["energy_residual"].max())
+    observation, residual = record.observation, float(rows["energy_residual"].max())
+    peak_speed = speed_at_largest(plan.machine, observation) if amplitude and observation is not None else None
     back, length = next(iter(record.reversals), None), plan.machine.orbit_unit
     return [
         Quantity("start_speed", record.start_speed, "speed of the rotor at the start", units.speed, headline=True),
@@ -375,7 +470,7 @@ def _course_quantities(plan: SingleCoastDown, record: Record, rows: Mapping[str,
         Quantity("turns", turns, "number of turns"),
         Quantity("carrier_start", str(plan.carrier), "start of the carrier"),
         Quantity("peak_amplitude", amplitude, "largest amplitude of the axis", length, headline=True),
-        Quantity("peak_speed", peak_speed, "speed of the rotor there", units.speed),
+        Quantity("peak_speed", peak_speed, "mean speed of the rotor over the turn there", units.speed),
         Quantity("energy_residual", residual, "largest relative error of the energy balance"),
     ]
 
@@ -421,13 +516,13 @@ def _carrier_assumptions(plan: SingleCoastDown) -> list[str]:
     return [f"the carrier starts {at_first}"]
 
 
-def _ending(record: Record, unit: str) -> tuple[str, list[Quantity]]:
-    """The end of the run, in words and numbers, from its last tenth, or from the first reversal on if that is shorter.
+def _ending(plan: SingleCoastDown, record: Record) -> tuple[str, list[Quantity]]:
+    """The end of the run, in words and numbers; speeds over its last tenth, or from the first reversal on if that is shorter.
 
-    ``failed``: the integration failed. ``stopped``: below a ten-thousandth of the speed at the start. ``oscillating``: turned
-    back at least twice, over less than a turn. Otherwise there is no outcome: the rotor still turns, or creeps.
+    ``failed``, ``stopped`` and ``oscillating`` are those of a run-up. Otherwise there is no outcome: the rotor still turns, or
+    its swing may yet die out.
     """
-    time, start = record.rows["time"], abs(record.start_speed)
+    time, start, unit = record.rows["time"], abs(record.start_speed), plan.machine.units.speed
     since = time[-1] - _LAST * (time[-1] - time[0])
     if record.reversals:
         since = min(max(since, record.reversals[0]), float(time[-2]))
@@ -437,13 +532,9 @@ def _ending(record: Record, unit: str) -> tuple[str, list[Quantity]]:
     mean = float((late["angle"][-1] - late["angle"][0]) / duration) if duration else float(late["speed"][-1])
     speed = mean if record.reversals or not record.turns.size else record.turns[1, -1]
     turning = "the rotor has turned back" if record.reversals else "the rotor still turns"
-    outcome, sentence = None, f"{turning}, at {100 * abs(speed / start):.3g} % of its speed at the start"
-    if record.end.failure:
-        outcome = Outcome.FAILED
-    elif max(abs(low), abs(high)) <= AT_REST * start:
-        outcome = Outcome.STOPPED
-    elif len(record.reversals) >= 2 and np.ptp(late["angle"]) < 2 * math.pi:
-        outcome = Outcome.OSCILLATING
+    sentence = f"{turning}, at {100 * abs(speed / start):.3g} % of its speed at the start"
+    verdict = Outcome.FAILED if record.end.failure else plan.verdict(record).outcome
+    outcome = verdict if verdict in (Outcome.FAILED, *_AT_REST) else None
     ending = outcome.sentence if outcome else sentence
     return ending, [
         Quantity("outcome", outcome and str(outcome), "outcome"),
@@ -474,7 +565,8 @@ def report(result: xr.Dataset) -> list[str]:
     lines.add("halved", "not within this time" if s["half_time"] is None else "after {half_time:.5g}")
     lines.add("turns back", "at {reversal_time:.6g}")
     lines.add("turned", "{turns:.5g} times in {end_time:.5g}")
-    lines.add("amplitude", f"{{peak_amplitude}} at most, at {{peak_speed}}; {_STARTS[s['carrier_start']]}")
+    there = "" if s["peak_speed"] is None else ", at {peak_speed}"
+    lines.add("amplitude", f"{{peak_amplitude}} at most{there}; {_STARTS[s['carrier_start']]}")
     lines.add("energy", "balance closed to {energy_residual:.1e}")
     return lines.report(f"{s['outcome'].upper()}: {s['sentence']}" if s["outcome"] else s["sentence"])
 

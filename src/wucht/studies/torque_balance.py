@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -12,6 +12,7 @@ from pydantic import Field
 
 from wucht.analysis.working_points import TorqueCurves
 from wucht.dynamics.run_ups.operating_points import OperatingPoints, shaft_speed_range, speeds_in_sense
+from wucht.dynamics.run_ups.settled_from_rest import FromRest
 from wucht.dynamics.run_ups.steady_phases import SteadyPhases
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
@@ -24,6 +25,7 @@ from wucht.results.formatting import ReportLines, with_unit
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.results.starting_text import add_starting_line
 from wucht.schema import SI, Composite, composite, si
+from wucht.studies.from_rest_variables import FROM_REST_WORDS, from_rest_quantities
 from wucht.studies.motion_variables import natural_vibrations
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.spec import BalancingBodies, Interval, Spec, Start, Whole
@@ -72,12 +74,13 @@ class Plan:
     """Plan of a torque balance. curves: torques on the shaft over its speed, for each branch of ``steady`` or the held bodies.
 
     search_range: lowest and highest speed in the search for working points of bodies in steady phases, in the main rotor's
-    sense.
+    sense. machine: with its schedules, as it starts.
     """
 
     steady: SteadyPhases
     curves: tuple[TorqueCurves, ...]
     search_range: tuple[float, float]
+    machine: Machine
 
 
 def prepare(spec: TorqueBalance, machine: Machine, watch: Callable[[], None] | None = None) -> Plan:
@@ -105,22 +108,39 @@ def prepare(spec: TorqueBalance, machine: Machine, watch: Callable[[], None] | N
         raise InputError("machine.drive", None, f"{reason}, so that there is no torque to balance", code="no-drive")
     speeds = spec.range or shaft_speed_range(steady, rotor)
     curves = tuple(TorqueCurves(steady.machine, rotor, vibration, speeds, spec.points) for vibration in steady.curves)
-    return Plan(steady, curves, speeds_in_sense(steady, rotor, speeds) if steady.torques is not None else speeds)
+    return Plan(steady, curves, speeds_in_sense(steady, rotor, speeds) if steady.torques is not None else speeds, machine)
 
 
-Findings = OperatingPoints
+@dataclass(frozen=True)
+class Findings:
+    """The working points, and the ends of run-ups from rest: None before it, and where no state can be reached."""
+
+    operating: OperatingPoints
+    from_rest: FromRest | None = None
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """Yield the working points."""
+    """Yield the working points, and then with the state that is reached from rest."""
     watch = partial(work.report, 0.0, "working points")
     watch()
-    yield work.unit("search", partial(OperatingPoints.of, plan.steady, plan.curves, plan.search_range, watch))
+    findings = Findings(work.unit("search", partial(OperatingPoints.of, plan.steady, plan.curves, plan.search_range, watch)))
+    yield findings
+    if (states := findings.operating.stable_states(plan.machine)) and plan.steady.is_free:
+        yield replace(findings, from_rest=FromRest.of(plan.machine, plan.curves[0].rotor.name, states, work))
+
+
+def _answers(plan: Plan, findings: Findings) -> list[bool | None]:
+    """Return for each working point whether it is reached from rest: only stable ones can be."""
+    operating, end = findings.operating, findings.from_rest
+    if end is None:
+        return [None] * len(operating.points)
+    answers = iter(end.is_reached(plan.curves[0].rotor.name, operating.stable_states(plan.machine)))
+    return [next(answers) if possible else False for possible in operating.possible]
 
 
 def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     """Build the Dataset of a torque balance."""
-    sentence = "; ".join(filter(None, [_sentence(plan, findings), not_started_statement(plan.steady.machine)]))
+    sentence = _sentence(plan, findings)
     quantities = [*_curve_quantities(plan), *_point_quantities(plan, findings), *_machine_quantities(plan)]
     quantities += starting_quantities(plan.steady.machine)
     rotor, is_one_of_several = plan.curves[0].rotor.name, len(plan.steady.machine.rotors) > 1
@@ -162,8 +182,11 @@ def _curve_quantities(plan: Plan) -> list[Quantity]:
 
 def _point_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     """The working points; with bodies in steady phases including their configuration."""
-    units, rows = plan.steady.machine.units, [asdict(p) for p in findings.points]
-    for row, c, label in zip(rows, findings.configurations, findings.labels, strict=False):
+    units, rows = plan.steady.machine.units, [asdict(p) for p in findings.operating.points]
+    operating, answers = findings.operating, _answers(plan, findings)
+    for row, answer in zip(rows, answers, strict=True):
+        row["reached_from_rest"] = answer
+    for row, c, label in zip(rows, operating.configurations, operating.labels, strict=False):
         row |= {
             "configuration": label, "name": c.name, "phases": c.phases, "residual_share": c.share,
             "overlapping": c.overlapping, "indifferent": c.state.is_indifferent, "family_dimension": c.state.dimension,
@@ -183,14 +206,15 @@ def _point_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
         "overlapping": ("whether bodies of a track overlap", ""),
         "indifferent": ("whether there is a continuous family of phases", ""),
         "family_dimension": ("dimension of the family of phases", ""),
+        "reached_from_rest": FROM_REST_WORDS,
     }
-    is_possible = [not c.overlapping for c in findings.configurations] or [True] * len(rows)
-    stable_speeds = [p.speed for p, possible in zip(findings.points, is_possible, strict=True) if p.stable and possible]
+    stable_speeds = [p.speed for p, possible in zip(operating.points, operating.possible, strict=True) if possible]
     fastest = max(stable_speeds, key=abs, default=None)
     columns: dict[str, type] = {"speed": float, "torque": float, "stable": np.int8}
     columns |= {"configuration": str, "overlapping": np.int8} if plan.steady.torques is not None else {}
     return [
         Quantity("operating_speed", fastest, "fastest stable working point", units.speed, headline=True),
+        *from_rest_quantities(findings.from_rest, units),
         *table("working_points", rows, "steady speeds at which the torques balance", parts, "point", columns),
     ]
 
@@ -217,7 +241,7 @@ def _machine_quantities(plan: Plan) -> list[Quantity]:
 
 def _warnings(plan: Plan, findings: Findings) -> list[str]:
     warnings, machine = list[str](), plan.steady.machine
-    if any(p.tangential for p in findings.points):
+    if any(p.tangential for p in findings.operating.points):
         warnings.append("at a working point the curves only touch: a small change splits it into two or removes it")
     if len(machine.rotors) > 1 and plan.steady.configurations is None:
         name = plan.curves[0].rotor.name
@@ -226,9 +250,21 @@ def _warnings(plan: Plan, findings: Findings) -> list[str]:
 
 
 def _sentence(plan: Plan, findings: Findings) -> str:
-    overlapping = [c.overlapping for c in findings.configurations] or [False] * len(findings.points)
-    points = [p for p, over in zip(findings.points, overlapping, strict=True) if not over]
-    labelled_points = zip(findings.labels, findings.points, overlapping, strict=False)
+    """The number of working points, and which of the stable ones is reached from rest."""
+    operating, end = findings.operating, findings.from_rest
+    answers = [x for x, possible in zip(_answers(plan, findings), operating.possible, strict=True) if possible]
+    unit = f" {plan.steady.machine.units.speed}".rstrip()
+    labels = operating.labels or [f"{p.speed:.5g}{unit}" for p in operating.points]
+    labels_of_stable = [label for label, possible in zip(labels, operating.possible, strict=True) if possible]
+    not_started = not_started_statement(plan.machine)
+    from_rest = "" if end is None else end.sentence(answers, labels_of_stable, with_reason=not not_started)
+    return "; ".join(filter(None, [_count_sentence(plan, operating), from_rest, not_started]))
+
+
+def _count_sentence(plan: Plan, operating: OperatingPoints) -> str:
+    overlapping = [c.overlapping for c in operating.configurations] or [False] * len(operating.points)
+    points = [p for p, over in zip(operating.points, overlapping, strict=True) if not over]
+    labelled_points = zip(operating.labels, operating.points, overlapping, strict=False)
     stable_names = [name for name, p, over in labelled_points if p.stable and not over]
     stable = sum(p.stable for p in points)
     if plan.steady.configurations is not None and not stable:
@@ -255,9 +291,11 @@ def report(result: xr.Dataset) -> list[str]:
     for point in [p for p in points if not p.get("overlapping")] or points:  # impossible ones are counted in the verdict
         kind = "stable" if point["stable"] else "touching" if point["tangential"] else "unstable"
         slip = "" if point["slip"] is None else ", slip {slip:%}"
+        mark = "; reached from rest" if point["reached_from_rest"] else ""
         lines.add(
-            kind, f"{{speed}}{{bodies}}: {{torque}}{slip}; {_drive(point)}", point, "working_points", bodies=_bodies(point)
-        )
+            kind, f"{{speed}}{{bodies}}: {{torque}}{slip}; {_drive(point)}{mark}", point, "working_points",
+            bodies=_bodies(point),
+        )  # fmt: skip
     lines.add("free", "{free_speed} without vibration")
     add_starting_line(lines, summary)
     lines.add("breakdown", "{breakdown.torque} at {breakdown.speed}, slip {breakdown.slip:%}")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from tests.refusals import refused
@@ -57,6 +59,18 @@ def test_what_is_left_of_more_unbalance_than_the_bodies_have(share: float, left:
     assert least_residual(CENTRIFUGE.with_values({"rotor.unbalance": share * moment})) == pytest.approx(
         left * moment, abs=1e-15
     )
+
+
+@pytest.mark.parametrize(("share", "left"), [(0.999, 0.0), (1.1, 0.1)])
+def test_bodies_of_a_track_leave_what_they_cannot_compensate_side_by_side(share: float, left: float) -> None:
+    """U sin(n a/2)/sin(a/2) of n balls that touch, also where their radius is varied."""
+    balls = GRINDER.tracks[0].bodies
+    for radius in (balls[0].radius, 0.6 * balls[0].radius):
+        ring = balls[0].track_radius - radius
+        angle = 2 * math.asin(radius / ring)
+        capacity = balls[0].mass * ring * math.sin(len(balls) * angle / 2) / math.sin(angle / 2)
+        made = GRINDER.with_values({f"{b.name}.radius": radius for b in balls} | {"wheel.unbalance": share * capacity})
+        assert least_residual(made) == pytest.approx(left * capacity, rel=1e-9, abs=1e-15)
 
 
 def test_one_body_that_is_too_heavy_leaves_the_difference() -> None:

@@ -159,7 +159,7 @@ def test_each_stable_configuration_is_reached_by_a_run_up() -> None:
 def test_there_is_a_curve_and_a_run_for_each() -> None:
     first, second = stable_points(balance_of_two_ways())
     names = [first["configuration"], second["configuration"]]
-    assert balance_of_two_ways().attrs["sentence"].endswith(f"2 of them stable: {names[0]} or {names[1]}")
+    assert f"2 of them stable: {names[0]} or {names[1]}; from rest it reaches " in balance_of_two_ways().attrs["sentence"]
     response = run(Response(), two_ways())
     assert [o["configuration"] for o in response.wucht.summary["operation"]] == names
     assert [o["speed"] for o in response.wucht.summary["operation"]] == [first["speed"], second["speed"]]
@@ -221,7 +221,7 @@ def test_the_screen_runs_where_its_run_up_ends() -> None:
     (operation,) = response.wucht.summary["operation"]
     assert operation["amplitude"] == pytest.approx(2.299e-3, rel=5e-3)
     assert operation["stroke"] == pytest.approx(4.593e-3, rel=5e-3)
-    assert "  in operation 2.294 mm at 155.2 rad/s (1482 rpm), e2 -90.4°" in report(response)
+    assert "  in operation 2.294 mm at 155.2 rad/s (1482 rpm), e2 -90.4°; reached from rest" in report(response)
 
 
 def test_held_it_is_at_the_phases_of_the_start() -> None:

@@ -17,6 +17,7 @@ from interrupting import assert_same, stop_at, stopped_often
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
+from wucht.numerics.observers.turns import LargestTurn
 from wucht.studies.activation import computation
 from wucht.studies.activation.computation import prepare
 from wucht.studies.activation.figure import _peaks
@@ -192,7 +193,7 @@ def test_a_pendulum_is_open_at_the_end_if_its_mass_is_beyond_half_of_its_stroke_
         rows=rows,
         machine_motion=SimpleNamespace(time=np.arange(3.0)),
         last=SimpleNamespace(trajectory=SimpleNamespace(end_time=2.0)),
-        observation=SimpleNamespace(largest=1.0),
+        observation=SimpleNamespace(largest=1.0, rotors={"drum": SimpleNamespace(largest_turn=LargestTurn(1.0, 1.0))}),
         verdict=SimpleNamespace(outcome="compensated", speed=1.0),
         trajectory=SimpleNamespace(failure=None),
     )

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from tests.hand_made import drawn, titled, warnings_of
 
 from wucht.files.catalogue import load_machine
+from wucht.numerics.observers.turns import LargestTurn
 from wucht.studies.activation import computation
 from wucht.studies.activation import figure as activation_figure
 from wucht.studies.activation.computation import CURVE, ActivationRun, Findings, Plan, prepare
@@ -297,10 +298,12 @@ def motion_of(shares: dict[str, list[float]], **rows: Any) -> tuple[Any, dict[st
     speed[names.index("p1")], speed[names.index("p2")] = -np.arange(20.0, 20.0 + count), -np.arange(30.0, 30.0 + count)
     angle[names.index("p1")], angle[names.index("p2")] = 5.0, 5.0 - 0.25 * np.arange(count)
     data = {"body": names, "speed": speed, "angle": angle} | rows
+    turns = {"drum": SimpleNamespace(largest_turn=LargestTurn(9.0, -12.0))}
+    observation = SimpleNamespace(largest=9.0, rotors=turns)
     motion = SimpleNamespace(
         rows={s.coordinate.position.name: stroke[s.name] * np.array(shares[s.name]) for s in MACHINE.sliders},
         machine_motion=SimpleNamespace(time=np.arange(float(count))),
-        last=SimpleNamespace(trajectory=SimpleNamespace(end_time=2.0)), observation=SimpleNamespace(largest=9.0),
+        last=SimpleNamespace(trajectory=SimpleNamespace(end_time=2.0)), observation=observation,
         verdict=SimpleNamespace(outcome="compensated", speed=-8.0), trajectory=SimpleNamespace(failure=None),
     )  # fmt: skip
     return motion, data

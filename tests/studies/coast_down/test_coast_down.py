@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.integrate import solve_ivp
 from tests.refusals import Refusal, refused
 
 from interrupting import stop_at
@@ -24,6 +25,7 @@ from wucht.numerics.flow.integration import integrate as integrated
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.studies import coast_down as module
 from wucht.studies.coast_down import CoastDown, prepare
+from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
 
@@ -34,6 +36,10 @@ def disc(unbalance: float = 0.0, gravity: float = 0.0, **parts: dict[str, Any]) 
     """A disc in a bearing with losses, on a fixed axis."""
     body = {"kind": "rotor", "name": "disc", "mass": 1.0, "unbalance": unbalance, "inertia": J, "bearing_damping": LOSS}
     return machine_from({"carrier": {"directions": "fixed", "gravity": gravity}, "bodies": [body]} | parts)
+
+
+def heavy_body(damping: float) -> dict[str, Any]:
+    return {"kind": "rotor", "name": "disc", "mass": 1.0, "unbalance": 2e-3, "inertia": J, "bearing_damping": damping}
 
 
 def heavy_disc(gravity: float = 9.81) -> Machine:
@@ -142,6 +148,66 @@ def test_a_heavy_disc_turns_back_and_swings(sense: float) -> None:
     first = int(np.flatnonzero(sense * speed < 0)[0])
     assert time[first - 1] <= at <= time[first]
     assert summary["half_time"] < at
+
+
+@pytest.mark.parametrize("until", [None, 100.0, 150.0])
+@pytest.mark.parametrize(("damping", "outcome"), [(LOSS, "stopped"), (0.0, "oscillating")])
+def test_the_same_motion_has_the_same_outcome_through_both_doors(until: float | None, damping: float, outcome: str) -> None:
+    """A swing that can only lose energy is ``stopped``, however large it still is; one without losses is not."""
+    heavy = disc(2e-3, 9.81, bodies=[heavy_body(damping)])
+    start = {"disc": {"angle": -math.pi / 2, "speed": 20.0 if damping else 1.2}}
+    down = run(CoastDown(until=until, start=start), heavy)
+    up = run(RunUp(until=until, start=start), heavy)
+    assert down.attrs["outcome"] == up.attrs["outcome"] == outcome
+    assert down.attrs["sentence"].partition(";")[0] == up.attrs["sentence"]
+
+
+def test_where_a_swing_may_yet_die_out_it_says_how_long_to_run() -> None:
+    """As the run-up of the same motion does."""
+    heavy = disc(2e-3, 9.81, bodies=[heavy_body(LOSS)])
+    start = {"disc": {"angle": -math.pi / 2, "speed": 20.0}}
+    down, up = run(CoastDown(until=20.0, start=start), heavy), run(RunUp(until=20.0, start=start), heavy)
+    assert (down.wucht.summary["outcome"], up.attrs["outcome"]) == (None, "unidentified")
+    assert down.wucht.warnings == [up.wucht.summary["advice"]]
+
+
+@pytest.mark.parametrize(("share", "outcome"), [(0.97, "oscillating"), (1.03, None)])
+def test_an_undamped_disc_swings_below_the_speed_at_which_it_turns_over(share: float, outcome: str | None) -> None:
+    """From its lowest place it turns over at J w^2/2 = 2 U g; a run-up calls what turns on by another name."""
+    heavy = disc(2e-3, 9.81, bodies=[heavy_body(0.0)])
+    speed = share * 2 * math.sqrt(2e-3 * 9.81 / J)
+    start = {"disc": {"angle": -math.pi / 2, "speed": speed}}
+    assert run(CoastDown(until=100.0, start=start), heavy).wucht.summary["outcome"] == outcome
+    up = run(RunUp(until=100.0, start=start), heavy).attrs["outcome"]
+    assert (up == "oscillating") == (outcome == "oscillating")
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_the_speed_of_the_largest_amplitude_is_the_mean_over_the_turn_about_it(sense: float) -> None:
+    """A light, heavily unbalanced rotor is slower and faster within a turn; against an integration of our own."""
+    mass, unbalance, inertia, stiffness, damping = 5.0, 0.05, 0.02, 5e3, 8.0
+
+    def rates(_: float, s: np.ndarray) -> list[float]:
+        x, v, angle, speed = s
+        matrix = [[mass, -unbalance * math.sin(angle)], [-unbalance * math.sin(angle), inertia]]
+        forces = [unbalance * speed**2 * math.cos(angle) - damping * v - stiffness * x, -0.004 * speed]
+        return [v, (a := np.linalg.solve(matrix, forces))[0], speed, a[1]]
+
+    own = solve_ivp(rates, (0, 8), [0, 0, 0, sense * 60.0], "DOP853", np.linspace(0, 8, 160_001), rtol=1e-11, atol=1e-12)
+    time, (x, _, angle, speed) = own.t, own.y
+    top = int(np.abs(x).argmax())
+    turns = sense * angle
+    eighth = math.floor(turns[top] / (math.pi / 4))  # turns begin at each eighth of one: this one has it in its middle
+    begin, end = (np.interp((eighth + k) * math.pi / 4, turns, time) for k in (-3, 5))
+    body = {"kind": "rotor", "name": "r", "mass": 4.0, "unbalance": unbalance, "inertia": inertia, "bearing_damping": 0.004}
+    machine = machine_from({
+        "carrier": {"mass": 1.0, "directions": "x", "stiffness": stiffness, "damping": damping}, "bodies": [body],
+    })  # fmt: skip
+    start = {"r": {"speed": sense * 60.0}}
+    s = run(CoastDown(until=8.0, start=start, vibration="none"), machine).wucht.summary
+    assert s["peak_amplitude"] == pytest.approx(np.abs(x).max(), rel=1e-5)
+    assert s["peak_speed"] == pytest.approx(sense * 2 * math.pi / (end - begin), rel=1e-6)
+    assert abs(speed[top]) != pytest.approx(abs(s["peak_speed"]), rel=0.01), "not that of the instant"
 
 
 def test_no_reversal_without_gravity() -> None:

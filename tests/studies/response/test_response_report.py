@@ -78,10 +78,10 @@ def test_in_operation() -> None:
     ]
     assert len(lines(free_speed=5.0, amplitude_at_free_speed=1e-3)) == 4
     assert len(lines(free_speed=5.0)) == len(lines(amplitude_at_free_speed=1e-3)) == 3
-    first = {"speed": 10.0, "configuration": "antiphase", "amplitude": 1e-3} | throw
-    second = {"speed": 5.0, "configuration": "", "amplitude": 2e-3}
+    first = {"speed": 10.0, "configuration": "antiphase", "amplitude": 1e-3, "reached_from_rest": True} | throw
+    second = {"speed": 5.0, "configuration": "", "amplitude": 2e-3, "reached_from_rest": False}
     assert lines(free_speed=5.0, amplitude_at_free_speed=1e-3, operation=[first, second])[3:] == [
-        f"  in operation 1 mm at {AT}, antiphase",
+        f"  in operation 1 mm at {AT}, antiphase; reached from rest",
         "               stroke 4 mm peak to peak, 12.35 m/s², machine number 1.26",
         "  in operation 2 mm at 5 rad/s (48 rpm)",
     ]

@@ -1,5 +1,6 @@
 """Verdicts on whole runs, each on a machine made to end that way."""
 
+import cmath
 import math
 import tomllib
 from typing import Any
@@ -52,6 +53,27 @@ def test_below_all_resonances_nothing_was_passed() -> None:
     result = run(RunUp(start={"a": 0.3, "b": -0.2}), machine_from(ROLLERS | {"set": {"drive.speed": 40.0}}))
     assert result.attrs["outcome"] == "passed"
     assert "no resonance lies below" in result.attrs["sentence"]
+
+
+def test_bodies_that_increase_the_unbalance_are_named_with_the_factor() -> None:
+    """Below the resonance they tend to the heavy side, so that all add up; beyond it too weak ones reduce it."""
+    rotor, *bodies = ROLLERS["bodies"]
+    shares = [b["mass"] * (b["track_radius"] - b["radius"]) / rotor["unbalance"] for b in bodies]
+    start = {"a": 0.3, "b": -0.2}
+    below = run(RunUp(start=start), machine_from(ROLLERS | {"set": {"drive.speed": 40.0}}))
+    phases = below.wucht.summary["final_phases"]
+    factor = abs(1 + sum(u * cmath.exp(1j * phases[b["name"]]) for u, b in zip(shares, bodies, strict=True)))
+    assert below.wucht.summary["unbalance_factor"] == pytest.approx(
+        factor, rel=1e-4
+    )  # that of the window, not of its mean phases
+    assert factor == pytest.approx(3.0, rel=2e-3)
+    assert "the bodies increase it, to 3 times that of the rotor alone" in below.attrs["sentence"]
+    weak = {f"{b['name']}.mass": 0.3 / u * b["mass"] for u, b in zip(shares, bodies, strict=True)}
+    beyond = run(RunUp(start=start), machine_from(ROLLERS | {"set": weak}))
+    assert beyond.attrs["outcome"] == "passed"
+    assert beyond.wucht.summary["final_residual_unbalance"] == pytest.approx(1 - 0.6, rel=1e-3)
+    assert "unbalance_factor" not in beyond.wucht.summary
+    assert "increase" not in beyond.attrs["sentence"]
 
 
 def test_the_end_of_the_captured_branch_is_reported() -> None:

@@ -20,6 +20,7 @@ from wucht.fatigue.damage import WoehlerLine
 from wucht.files.building import machine_from
 from wucht.machines.machine import SUPPLIED_WORK, Machine
 from wucht.machines.schedules import SCHEDULE_WORK
+from wucht.numerics.observers.turns import LargestTurn
 from wucht.studies.start_stop import computation
 from wucht.studies.start_stop import dataset as module
 from wucht.studies.start_stop.computation import Findings, Plan
@@ -58,11 +59,16 @@ def points(rows: np.ndarray) -> TurningPoints:
     return replace(TurningPoints(), time=rows[0], values=rows[1])
 
 
+def observed(largest: float, speed: float) -> Any:
+    """The largest amplitude, and the mean speed over the turn about it."""
+    return SimpleNamespace(largest=largest, rotors={TWO.rotor.name: SimpleNamespace(largest_turn=LargestTurn(largest, speed))})
+
+
 def way(k: int, end: float, **other: Any) -> Any:
     """The way up (0) or down (1)."""
     quadratures = {SUPPLIED_WORK: np.array([0.0, 2.0, 3.0]), "circuit_heat": np.array([0.0, 1.0, 1.5])}
     loads = SimpleNamespace(
-        observation=SimpleNamespace(largest=(4.5e-3, 5.5e-3)[k]), points=points((UP, DOWN)[k]),
+        observation=observed((4.5e-3, 5.5e-3)[k], (-40.0, 60.0)[k]), points=points((UP, DOWN)[k]),
         bearing_forces={"a": (30.0, 20.0)[k], "b": (10.0, 25.0)[k]}, travels={"mount 1": (1e-3, 3e-3)[k], "mount 2": 2e-3},
     )  # fmt: skip
     verdict = SimpleNamespace(

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from tests.hand_made import drawn
 
 from wucht.analysis.working_points import WorkingPoint
+from wucht.dynamics.run_ups.operating_points import OperatingPoints
 from wucht.dynamics.run_ups.steady_phases import SteadyPhases
 from wucht.studies import torque_balance
 from wucht.studies.torque_balance import Findings
@@ -118,7 +119,7 @@ def sentence(
     torques = anything if over or names else None
     steady = SteadyPhases(anything, np.zeros(1), anything, torques, (), configurations if rotors else None)
     plan: Any = SimpleNamespace(steady=steady, curves=[SimpleNamespace(runaway=runaway)])
-    return torque_balance._sentence(plan, Findings(made, configurations, names))
+    return torque_balance._count_sentence(plan, OperatingPoints(made, configurations, names))
 
 
 def test_sentences() -> None:
@@ -153,7 +154,7 @@ def test_warnings_of_touching_curves_and_of_several_rotors() -> None:
             curves=(SimpleNamespace(rotor=SimpleNamespace(name="second")),),
         )
         points = tuple(WorkingPoint(1.0, 1.0, False, t, 0.0, 0.0, None) for t in tangential)
-        return torque_balance._warnings(made, Findings(points))
+        return torque_balance._warnings(made, Findings(OperatingPoints(points)))
 
     assert told(1, False) == told(1) == []
     (touching,) = told(1, False, True)

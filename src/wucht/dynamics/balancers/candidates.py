@@ -21,7 +21,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Body, Drive, Load
 from wucht.machines.parts.support import Support
 from wucht.machines.parts.track import TrackBody
-from wucht.machines.tracks import angular_width
+from wucht.machines.tracks import angular_width, balancing_capacity
 
 _SAME = 1e-9
 
@@ -236,9 +236,15 @@ def power_of_two(count: int) -> int:
 
 def _widths(machine: Machine, names: Sequence[str]) -> np.ndarray:
     """Return the least angles (n,) between bodies of a track and their successors, in rad."""
+    bodies = _track_bodies(machine, names)
+    return np.array([angular_width(a, b) for a, b in zip(bodies, [*bodies[1:], bodies[0]], strict=True)])
+
+
+def _track_bodies(machine: Machine, names: Sequence[str]) -> list[TrackBody]:
+    """Return those of the named bodies that are on tracks, with the machine's values."""
     parts = {b.name: b for t in machine.tracks for b in t.bodies}
     bodies = []
-    for n in names:
+    for n in (n for n in names if n in parts):
         parameters = {p.path: p for p in parts[n].parameters()}
         changed_values = {
             path.removeprefix(f"{n}."): machine.values[path]
@@ -246,13 +252,19 @@ def _widths(machine: Machine, names: Sequence[str]) -> np.ndarray:
             if machine.values[path] != parameters[path].value
         }
         bodies.append(parts[n].model_copy(update=changed_values))
-    return np.array([angular_width(a, b) for a, b in zip(bodies, [*bodies[1:], bodies[0]], strict=True)])
+    return bodies
 
 
 def least_residual(machine: Machine) -> float:
-    """Return the least unbalance that the bodies can leave: the force polygon with the rotor's is closed as far as possible."""
-    magnitudes = np.abs(unbalances(machine)[[machine.bodies.index(b) for b in machine.group(machine.rotor)]])
-    remainder = float(2 * magnitudes.max() - magnitudes.sum())
+    """Return the least unbalance that the bodies can leave: the force polygon with the rotor's is closed as far as possible.
+
+    Bodies of a track lie side by side at the closest.
+    """
+    names = [b.name for b in machine.group(machine.rotor)]
+    magnitudes = np.abs(unbalances(machine)[[machine.bodies.index(machine.body(n)) for n in names]])
+    moments = dict(zip(names[1:], magnitudes[1:].tolist(), strict=True))
+    capacity = balancing_capacity(moments, _track_bodies(machine, names[1:]))
+    remainder = max(float(2 * magnitudes.max() - magnitudes.sum()), float(magnitudes[0]) - capacity)
     return remainder if remainder > 1e-9 * magnitudes.sum() else 0.0
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from wucht.analysis.configurations.configuration import Configuration
 from wucht.analysis.vibration import ForcedVibration
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in, start_gives
-from wucht.dynamics.verdicts.observation import AxisMotion, advance_balance, rows_of
+from wucht.dynamics.verdicts.observation import AxisMotion, Observation, advance_balance, rows_of
 from wucht.errors import InputError
 from wucht.machines.machine import DISSIPATED_WORK, Machine
 from wucht.machines.operation import free_speed, sense_of
@@ -214,7 +214,7 @@ class Descent:
     the row before. turns: the time in the middle of each turn up to the first reversal, and the mean speed over it (2, K).
     reversals: when the rotor turns back. observer: averages over turns; averages: how many there were. halving: time and speed
     (2, k) of those around the moment at which the speed has fallen to half of that at the start, or of the last ones; samples
-    around it before the first turn. end: the last sample, from which the run continues.
+    around it before the first turn. end: the last sample, from which the run continues. observation: until there.
     """
 
     end: Trajectory
@@ -225,6 +225,7 @@ class Descent:
     averages: int = 0
     halving: np.ndarray = field(default_factory=lambda: np.empty((2, 0)))
     balance: EnergyBalance = field(default_factory=EnergyBalance)
+    observation: Observation | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -18,10 +18,32 @@ from wucht.analysis.time_constants import highest_speed
 from wucht.analysis.working_points import TorqueCurves, WorkingPoint
 from wucht.dynamics.run_ups.steady_phases import SteadyPhases, configuration_labels
 from wucht.errors import InputError
+from wucht.machines.machine import Machine
 from wucht.machines.operation import LOWEST, free_speed, natural_frequencies, net_torque, sense_of
 from wucht.machines.tree import RotatingBody
 
 _FAR, _POINTS = 20.0, 1200  # times the highest natural frequency; speeds in the search for operating points
+
+
+@dataclass(frozen=True)
+class SteadyState:
+    """A steady state that may be reached.
+
+    speed: of a rotor, in magnitude. phases: of the other rotors to the main one, in rad, each in its sense. share: the residual
+    unbalance of the main rotor, as a share of its own; None where that does not matter. reach: share by which the speed that is
+    reached may differ, as averaged equations do from the full ones.
+    """
+
+    speed: float
+    phases: Mapping[str, float] = field(default_factory=dict)
+    share: float | None = None
+    reach: float = 0.01
+
+
+def steady_state(machine: Machine, c: Configuration) -> SteadyState:
+    """Return the state of a machine in a configuration."""
+    other_rotors = [r.name for r in machine.rotors[1:]]
+    return SteadyState(abs(c.speed), {name: c.phases[name] for name in other_rotors}, None if other_rotors else c.share)
 
 
 @dataclass(frozen=True)
@@ -67,15 +89,32 @@ class OperatingPoints:
         points = tuple(base.point(c.speed, c.slow.stable is True) for c in configurations)
         return cls(points, configurations, tuple(map(str, labels)), search)
 
+    def states(self, machine: Machine) -> list[SteadyState]:
+        """Return the steady state at each point."""
+        if not self.configurations:
+            return [SteadyState(abs(p.speed)) for p in self.points]
+        return [steady_state(machine, c) for c in self.configurations]
+
+    def stable_states(self, machine: Machine) -> list[SteadyState]:
+        """Return the states of those that are stable and possible."""
+        return [state for state, possible in zip(self.states(machine), self.possible, strict=True) if possible]
+
+    @property
+    def possible(self) -> list[bool]:
+        """True for each point that is stable and without overlapping bodies."""
+        overlapping = [c.overlapping for c in self.configurations] or [False] * len(self.points)
+        return [p.stable and not over for p, over in zip(self.points, overlapping, strict=True)]
+
 
 @dataclass(frozen=True)
 class Operation:
-    """The vibration at a stable operating point. speed: signed. label: of the configuration, empty for held bodies."""
+    """The vibration at a stable operating point. label: of the configuration, empty for held bodies."""
 
     speed: float
     amplitude: float
     label: str
     throw: Throw | None
+    state: SteadyState
 
 
 def vibration_in_operation(steady: SteadyPhases, watch: Callable[[], None] | None = None) -> tuple[Operation, ...]:
@@ -87,13 +126,14 @@ def vibration_in_operation(steady: SteadyPhases, watch: Callable[[], None] | Non
     curves = [TorqueCurves(machine, rotor, vibration, speeds, _POINTS) for vibration in steady.curves]
     in_sense = speeds if steady.torques is None else speeds_in_sense(steady, rotor, speeds)
     operating = OperatingPoints.of(steady, curves, in_sense, watch)
+    states = operating.states(machine)
     if steady.torques is not None:
-        rows = zip(operating.points, operating.configurations, operating.labels, strict=True)
-        return tuple(Operation(p.speed, c.amplitude, n, c.throw) for p, c, n in rows if p.stable and not c.overlapping)
+        rows = zip(operating.points, operating.configurations, operating.labels, states, operating.possible, strict=True)
+        return tuple(Operation(p.speed, c.amplitude, n, c.throw, s) for p, c, n, s, possible in rows if possible)
     at = steady.forced_vibration
     return tuple(
-        Operation(p.speed, float(at.amplitude(np.array([abs(p.speed)]))[0][0]), "", steady_throw(machine, at, p.speed))
-        for p in operating.points
+        Operation(p.speed, float(at.amplitude(np.array([abs(p.speed)]))[0][0]), "", steady_throw(machine, at, p.speed), s)
+        for p, s in zip(operating.points, states, strict=True)
         if p.stable
     )
 

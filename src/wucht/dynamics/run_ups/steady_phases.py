@@ -104,6 +104,11 @@ class SteadyPhases:
         return cls(steady, angles, ForcedVibration.of(steady, angles), running.torques, branches, configurations)
 
     @property
+    def is_free(self) -> bool:
+        """True if nothing but the machine decides the phases of its bodies."""
+        return self.torques is not None or len(self.machine.bodies) == 1
+
+    @property
     def curves(self) -> list[ForcedVibration]:
         """The vibration of each branch; a single one for bodies that are held."""
         return [replace(self.forced_vibration, phase_law=branch.machine_phases) for branch in self.branches] or [

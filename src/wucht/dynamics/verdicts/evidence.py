@@ -51,7 +51,8 @@ class RotorAssessment:
 
     evidence: for its outcome. window: the last turns, whole ones, or whole periods of a modulation. speed: its mean
     speed there, positive in its sense of rotation. residual: the largest share of its unbalance that is left there, None
-    without unbalance. phases: of the bodies about it, circular means over the last turn. final_phases: the same as sigma alpha,
+    without unbalance. unbalance_factor: by which the bodies increase the rotor's unbalance there, None where they do not.
+    phases: of the bodies about it, circular means over the last turn. final_phases: the same as sigma alpha,
     with that of the rotor, 0 where a body lags. vibration: that they excite. projections: of mean speed and residual. growing:
     a modulation grows, or bodies leave their places. drifting: the lag of a body drifts. unrest: the range of the residual, as
     a share of it. extra_run_factor: the further run needed for a verdict, as a multiple of the length of the record; inf if
@@ -63,6 +64,7 @@ class RotorAssessment:
     window: Blocks
     speed: float
     residual: float | None
+    unbalance_factor: float | None
     phases: dict[str, float]
     final_phases: np.ndarray
     vibration: Vibration
@@ -169,6 +171,7 @@ def assess_rotor(
         window,
         float(window.mean_speeds[0]),
         float(window.greatest_sum.max()) if has_unbalance else None,
+        float(window.greatest_sum.max()) if moments[0][index[0]] and window.least_sum.min() > 1 + UNBALANCE_TOLERANCE else None,
         phases,
         final,
         vibration,

@@ -11,6 +11,7 @@ import numpy as np
 
 from wucht.analysis.vibration import moments_along_guides, unbalance_scale, unbalances
 from wucht.dynamics.verdicts.noise import Noise
+from wucht.dynamics.verdicts.outcomes import AMPLITUDE_TOLERANCE
 from wucht.machines.machine import DISSIPATED_WORK, SUPPLIED_WORK, Machine
 from wucht.machines.operation import axis_at_rest, rotor_inertia, sense_of
 from wucht.machines.schedules import SCHEDULE_WORK
@@ -197,6 +198,16 @@ class MotionObserver:
         square = float(interval_peaks(samples.time, samples.square, samples.rate).max())
         largest = max(previous.largest, math.sqrt(max(square, 0.0)))
         return Observation(rotors, vibration, main, previous.noise, largest, float(samples.time[-1]), common)
+
+
+def speed_at_largest(machine: Machine, observation: Observation) -> float | None:
+    """Return the main rotor's mean speed over the turn about the largest distance of a motion, with its sign.
+
+    None where the axis does not move, or its largest distance lies in no whole turn: a rotor that swings has no such speed.
+    """
+    turn = observation.rotors[machine.rotor.name].largest_turn
+    least = (1 - AMPLITUDE_TOLERANCE) * observation.largest
+    return turn.speed if turn.distance >= least and turn.distance > 0 else None
 
 
 def weights_of(machine: Machine, rotor: RotatingBody) -> tuple[complex, ...]:

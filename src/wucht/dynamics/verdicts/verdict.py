@@ -131,8 +131,12 @@ class Verdict:
         """The outcome as a sentence."""
         if self.outcome is Outcome.NOT_STARTED:
             return not_started_in_words(self.not_started, is_named=len(self.rotors) > 1)
-        if self.outcome is Outcome.PASSED and self.evidence.resonance is None:
-            return "the rotor settles, and no resonance lies below the speed of its drive; unbalance is left"
+        if self.outcome is Outcome.PASSED:
+            nothing_below = "the rotor settles, and no resonance lies below the speed of its drive; unbalance is left"
+            sentence = nothing_below if self.evidence.resonance is None else self.outcome.sentence
+            if self.unbalance_factor is None:
+                return sentence
+            return f"{sentence}: the bodies increase it, to {self.unbalance_factor:.3g} times that of the rotor alone"
         free = self.evidence.free_speed
         if self.outcome is Outcome.BALANCER_CAPTURED and (free is None or self.speed < (1 - SPEED_TOLERANCE) * abs(free)):
             below = "" if free is None else f" to {100 * self.speed / abs(free):.0f} % of its speed without vibration"
@@ -171,6 +175,11 @@ class Verdict:
     def residual(self) -> float | None:
         """The largest share of the unbalance that is left in the window."""
         return None if self.assessment is None else self.assessment.residual
+
+    @property
+    def unbalance_factor(self) -> float | None:
+        """The factor by which the bodies increase the rotor's unbalance in the window; None where they do not."""
+        return None if self.assessment is None else self.assessment.unbalance_factor
 
     def settled_within(self, tolerance: float) -> bool:
         """True if the outcome is known and the numbers will change by less than the tolerance."""

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from wucht.numerics.observers.turns import MARKS_PER_TURN, Samples, TurnObserver
+from wucht.numerics.observers.turns import MARKS_PER_TURN, LargestTurn, Samples, TurnObserver
 from wucht.numerics.zeros_and_peaks import interval_maxima
 
 FINAL_SHARE = 0.05  # of the turns: the final window, over which the numbers of a summary are taken
@@ -238,7 +238,7 @@ class TurnRecord:
     """Record of a motion turn by turn: the turns since the leading body last reversed.
 
     follower_count: the number of other bodies. weights: of exp(i angle) of the leading body and the followers, relative to the
-    leading one, in a sum that is recorded; none if it is not needed.
+    leading one, in a sum that is recorded; none if it is not needed. largest_turn: of all turns, also before a reversal.
     """
 
     follower_count: int
@@ -247,6 +247,7 @@ class TurnRecord:
     passage: int = 0
     sense: int = 1
     pyramid: Pyramid = field(default_factory=lambda: Pyramid(()))
+    largest_turn: LargestTurn = field(default_factory=LargestTurn)
 
     def update(self, samples: Samples) -> TurnRecord:
         """The record after a part of the motion, which may begin with the last sample of the part before."""
@@ -264,7 +265,8 @@ class TurnRecord:
         goes_on = passage == self.passage and self.pyramid.kinds
         kinds = (*(LAST,) * (2 + n), *(LOW, HIGH) * 3, *(MEAN,) * (2 + 3 * n))
         pyramid = self.pyramid if goes_on else Pyramid(kinds)
-        return TurnRecord(n, self.weights, observer, passage, 1 if new.speed[-1] > 0 else -1, pyramid.update(columns))
+        sense, largest_turn = 1 if new.speed[-1] > 0 else -1, self.largest_turn.update(turns)
+        return TurnRecord(n, self.weights, observer, passage, sense, pyramid.update(columns), largest_turn)
 
     @property
     def turns(self) -> float:

@@ -150,6 +150,33 @@ class Turns:
 
 
 @dataclass(frozen=True)
+class LargestTurn:
+    """The turn in whose middle the largest distance of a motion lies.
+
+    distance: the largest within a whole turn so far. speed: the mean of the leading body over that turn, with its sign; NaN
+    before the first whole turn. later: the number of turns since the first one that has it, up to half of those that have it.
+    """
+
+    distance: float = 0.0
+    speed: float = math.nan
+    later: int = 0
+
+    def update(self, turns: Turns) -> LargestTurn:
+        """Return it after further turns."""
+        if not len(turns.time):
+            return self
+        first, last, rest = int(turns.largest.argmax()), self, turns
+        if turns.largest[first] > self.distance:
+            last = LargestTurn(float(turns.largest[first]), float(turns.speed[first]))
+            rest = turns.part(slice(first + 1, None))
+        # Turns begin at each mark: of those that have the distance, the first has it at its end, the middle one in its middle.
+        following = rest.part(slice(0, MARKS_PER_TURN // 2 - last.later))
+        count = int(np.append(following.largest != last.distance, True).argmax())
+        later = last.later + count if count == len(following.time) else MARKS_PER_TURN // 2
+        return LargestTurn(last.distance, float(following.speed[count - 1]) if count else last.speed, later)
+
+
+@dataclass(frozen=True)
 class _Marks:
     """Marks at which the leading angle reaches a multiple of an eighth of a turn: the last ones, at each a turn begins.
 

@@ -21,6 +21,7 @@ from wucht.analysis.switching import (
 )
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.run_up import RunUpCase, run_up
+from wucht.dynamics.verdicts.observation import speed_at_largest
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
@@ -132,7 +133,8 @@ class ActivationRun:
     """Results of a run.
 
     peak, peak_before, peak_after: the largest amplitude of all, before the first opening, and from it on (NaN if none opens).
-    peak_speed: of the rotor at the peak. opened_at: speed of each switchable pendulum as its mass leaves the inner stop before
+    peak_speed: of the rotor, its mean over the turn about the peak (NaN where that lies in no whole turn). opened_at: speed of
+    each switchable pendulum as its mass leaves the inner stop before
     it opens for the first time; open_at_end: whether it is open then. orientation: the angle from the first pendulum to the
     second as the first of all opens, in rad. curve: speed of the rotor, and the largest amplitude near it, (2, CURVE).
     """
@@ -186,7 +188,7 @@ def _compute_run(planned_run: PlannedRun, pendulums: tuple[str, ...], report: Ca
     opening = {name: _opening(s) for name, s in slider_shares.items()}
     first = min((i for i in opening.values() if i is not None), default=None)
     pendulum_angles = [float(angle[n][first]) for n in pendulums[:2]] if first is not None else []
-    top = int(amplitude.argmax())
+    peak_speed = speed_at_largest(case.machine, motion.observation)
     return ActivationRun(
         str(motion.verdict.outcome),
         motion.verdict.speed,
@@ -194,7 +196,7 @@ def _compute_run(planned_run: PlannedRun, pendulums: tuple[str, ...], report: Ca
         motion.observation.largest,
         math.nan if first is None else float(amplitude[: first + 1].max()),
         math.nan if first is None else float(amplitude[first:].max()),
-        float(rotor[top]),
+        math.nan if peak_speed is None else abs(peak_speed),
         tuple(math.nan if (i := opening[n]) is None else float(abs(speed[n][i])) for n in pendulums if n in opening),
         tuple(bool(slider_shares[n][-1] > _OPEN_SHARE) for n in pendulums if n in slider_shares),
         (pendulum_angles[1] - pendulum_angles[0]) % (2 * math.pi) if len(pendulum_angles) == 2 else math.nan,

@@ -98,7 +98,7 @@ def _words(plan: Plan) -> dict[str, tuple[str, str]]:
         "peak_before": ("largest amplitude before the first opening", length),
         "peak_after": ("largest amplitude from the first opening on", length),
         "peak_amplitude": ("largest amplitude", length),
-        "peak_speed": ("speed of the rotor there", speed),
+        "peak_speed": ("mean speed of the rotor over the turn there", speed),
         "mean_peak": ("mean of the largest amplitudes", length),
         "final_amplitude": ("amplitude at the end", length),
         "opened_at": ("mean speed of the pendulums as they open", speed),
@@ -130,7 +130,11 @@ def _curve_quantities(plan: Plan, results: dict[Cell, ActivationRun]) -> list[Qu
 def _group_quantities(plan: Plan, groups: dict[str, list[Group]], bare_run: ActivationRun | None) -> list[Quantity]:
     """Numbers over the runs of all phases, of each variant."""
     words = _words(plan)
-    run = bare_run and {"peak_amplitude": bare_run.peak, "peak_speed": bare_run.peak_speed, "outcome": bare_run.outcome}
+    run = bare_run and {
+        "peak_amplitude": bare_run.peak,
+        "peak_speed": None if math.isnan(bare_run.peak_speed) else bare_run.peak_speed,
+        "outcome": bare_run.outcome,
+    }
     best = _best_group(groups[SWITCHABLE])
     return [
         *(q for of, rows in groups.items() for q in table(of, rows, f"{of} pendulums by their orientation", words)),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -13,6 +13,7 @@ from wucht.analysis.throw import Throw, steady_throw
 from wucht.analysis.vibration import ForcedVibration, WithSlope
 from wucht.analysis.working_points import curves
 from wucht.dynamics.run_ups.operating_points import Operation, vibration_in_operation
+from wucht.dynamics.run_ups.settled_from_rest import FromRest
 from wucht.dynamics.run_ups.steady_phases import SteadyPhases
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
@@ -26,12 +27,13 @@ from wucht.studies.response.spec import Response
 class Plan:
     """The plan of a response over the speed.
 
-    range: lowest and highest speed in rad/s. points: evenly spaced over it.
+    range: lowest and highest speed in rad/s. points: evenly spaced over it. machine: with its schedules, as it starts.
     """
 
     steady: SteadyPhases
     range: tuple[float, float]
     points: int
+    machine: Machine
 
 
 def prepare(spec: Response, machine: Machine, watch: Callable[[], None] | None = None) -> Plan:
@@ -44,7 +46,7 @@ def prepare(spec: Response, machine: Machine, watch: Callable[[], None] | None =
         carrier_state, code = ("fixed", "fixed") if machine.shaken_coordinate is None else ("moved as prescribed", "prescribed")
         raise InputError("machine.carrier", None, f"{requirement} {carrier_state}", code=code)
     steady = SteadyPhases.of(machine, spec.start, spec.bodies, watch)
-    return Plan(steady, spec.range or _speed_range(steady.machine), spec.points)
+    return Plan(steady, spec.range or _speed_range(steady.machine), spec.points, machine)
 
 
 def _speed_range(machine: Machine) -> tuple[float, float]:
@@ -75,16 +77,23 @@ class Findings:
     """The decisive speeds of a response.
 
     speeds: (N,), the maxima among them, without those at which the amplitude is infinite. curves: as of ``SteadyPhases``.
-    operation: the vibration at each stable operating point.
+    operation: the vibration at each stable operating point. from_rest: the ends of run-ups from rest, None before it and where
+    there is no such point that it could reach.
     """
 
     speeds: np.ndarray
     curves: tuple[Peaks, ...]
     operation: tuple[Operation, ...] = ()
+    from_rest: FromRest | None = None
+
+    def answers(self, rotor: str) -> list[bool | None]:
+        """Return for each operating point of a rotor whether it is reached from rest."""
+        states = [o.state for o in self.operation]
+        return [None] * len(states) if self.from_rest is None else self.from_rest.is_reached(rotor, states)
 
 
 def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """Yield the decisive speeds; the vibration at them takes milliseconds, and needs no second step."""
+    """Yield the decisive speeds, and then with the state that is reached from rest."""
     watch = partial(work.report, 0.0, "steady vibration")
     watch()
     operation = work.unit("operation", partial(vibration_in_operation, plan.steady, watch))
@@ -93,7 +102,12 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
     speeds = np.unique(np.concatenate([grid, *(x for c in curves for x in (c.peaks, c.torque_peaks))]))
     for infinite in {w for c in curves for w in c.undamped_resonances}:
         speeds = speeds[np.abs(speeds - infinite) > 1e-9 * infinite]
-    yield Findings(speeds, curves, operation)
+    findings = Findings(speeds, curves, operation)
+    yield findings
+    if operation and plan.steady.is_free:
+        yield replace(
+            findings, from_rest=FromRest.of(plan.machine, plan.machine.rotor.name, [o.state for o in operation], work)
+        )
 
 
 def _peaks(vibration: ForcedVibration, grid: np.ndarray, speed_range: tuple[float, float]) -> Peaks:

@@ -11,10 +11,12 @@ import numpy as np
 
 from wucht.analysis.throw import NUMBERS
 from wucht.analysis.vibration import ForcedVibration
+from wucht.dynamics.run_ups.settled_from_rest import FromRest
 from wucht.dynamics.run_ups.steady_phases import Piece
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.results.formatting import ReportLines, formats
 from wucht.results.quantities import Quantity, result_dataset, table
+from wucht.studies.from_rest_variables import FROM_REST_WORDS, from_rest_quantities
 from wucht.studies.motion_variables import natural_vibrations
 from wucht.studies.response.computation import (
     Findings,
@@ -67,6 +69,8 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     resonances = [f"{x:.6g} {speed}".rstrip() for x in undamped_resonances]
     warnings = [f"the resonance at {at} is undamped: there the amplitude is infinite" for at in resonances]
     sentence = _sentence(is_excited, critical, free, steady.list_labels([m.label for m in maxima.at_free]))
+    if findings.from_rest is not None and is_excited:
+        sentence += f"; in operation: {_from_rest(plan, findings, findings.from_rest)}"
     return result_dataset(quantities, sentence, warnings + steady.warnings, steady.assumptions)
 
 
@@ -150,15 +154,18 @@ def _operation_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
         "speed": ("speed in operation", units.speed),
         "configuration": ("configuration there", ""),
         "amplitude": ("amplitude of the axis there", orbit),
+        "reached_from_rest": FROM_REST_WORDS,
     } | NUMBERS
     rows = [
-        {"speed": o.speed, "configuration": o.label, "amplitude": o.amplitude} | ({} if o.throw is None else o.throw.numbers)
-        for o in findings.operation
+        {"speed": o.speed, "configuration": o.label, "amplitude": o.amplitude, "reached_from_rest": answer}
+        | ({} if o.throw is None else o.throw.numbers)
+        for o, answer in zip(findings.operation, findings.answers(plan.machine.rotor.name), strict=True)
     ]
     fastest = max(findings.operation, key=lambda o: abs(o.speed), default=None)
     throw = None if fastest is None else fastest.throw
     throw_numbers = ("stroke", "machine_number")
     return [
+        *from_rest_quantities(findings.from_rest, units),
         *table("operation", rows, "stable steady speeds at which the torques balance, with the vibration there", parts),
         Quantity("operating_speed", fastest and fastest.speed, "fastest of these speeds", units.speed, headline=True),
         Quantity("operating_amplitude", fastest and fastest.amplitude, "amplitude of the axis there", orbit, headline=True),
@@ -168,6 +175,13 @@ def _operation_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
             if throw
         ),
     ]
+
+
+def _from_rest(plan: Plan, findings: Findings, end: FromRest) -> str:
+    """Return which of the stable operating points is reached from rest."""
+    unit = f" {plan.machine.units.speed}".rstrip()
+    labels = [f"{o.speed:.5g}{unit}" + (f", {o.label}" if o.label else "") for o in findings.operation]
+    return end.sentence(findings.answers(plan.machine.rotor.name), labels)
 
 
 def _entry(name: str, m: Maximum) -> dict[str, Any]:
@@ -224,6 +238,7 @@ def _add_operation(lines: ReportLines, s: dict[str, Any]) -> None:
     """Add the vibration at each operating point; at the speed without vibration where no torque drives the machine."""
     for point in s["operation"][:_MOST]:
         label = f", {point['configuration']}" if point["configuration"] else ""
+        label += "; reached from rest" if point["reached_from_rest"] else ""
         lines.add("in operation", "{amplitude} at {speed}{label}", point, "operation", label=label)
         if point.get("stroke") is not None:
             _add_throw(lines, point, "operation")

@@ -230,6 +230,9 @@ def _summary(motion: Motion, result: xr.Dataset, limits: _MotionLimits | None, n
         Quantity("advice", verdict.advice, "advice"),
         Quantity("advised_time", verdict.needed_time, "sufficient time", time),
     ]
+    if verdict.unbalance_factor is not None:
+        factor = noise.without(verdict.unbalance_factor, 1.0)
+        quantities.append(Quantity("unbalance_factor", factor, "factor by which the bodies increase the rotor's unbalance"))
     if verdict.locking is not None:
         quantities += [
             Quantity("mean_speeds", verdict.locking.final_speeds, "mean speeds of the rotors", speed),
@@ -285,7 +288,8 @@ def report(result: xr.Dataset) -> list[str]:
     _bearings(lines, s)
     if s["final_phases"]:
         lines.add("phases", "{phases}", phases=_angles(s["final_phases"]))
-        lines.add("unbalance", "{final_residual_unbalance:%} of the rotor's remains")
+        remains = ": more than without bodies" if "unbalance_factor" in s else " remains"
+        lines.add("unbalance", f"{{final_residual_unbalance:%}} of the rotor's{remains}")
     if s["settling_time"] is not None:
         lines.add("settled at", _settling_text(s, time))
     if is_modulated:

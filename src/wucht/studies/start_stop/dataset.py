@@ -11,6 +11,7 @@ import numpy as np
 from wucht.dynamics.run_ups.motion_courses import MotionCourse
 from wucht.dynamics.run_ups.observed_loads import LoadedRun
 from wucht.dynamics.run_ups.start_stop_cases import SLOW_EVENT, drives_without_circuit, supplied_energy
+from wucht.dynamics.verdicts.observation import speed_at_largest
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.fatigue.counting import rainflow
 from wucht.fatigue.damage import AccumulatedDamage
@@ -34,7 +35,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     courses = [MotionCourse.from_turns(r.case.machine, r.trajectory, r.loads.observation) for r in runs]
     machine = plan.case.machine
     quantities = [
-        *_phase_quantities(plan, findings, courses),
+        *_phase_quantities(plan, findings),
         *_load_quantities(plan, runs),
         *_energy_quantities(plan, up, 0.0 if down is None else down.trajectory.end_time),
         *_damage_quantities(plan, findings),
@@ -47,30 +48,27 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     return result_dataset(quantities, _sentence(plan, findings), warnings, _assumptions(plan), failure, **attributes)
 
 
-def _phase_quantities(plan: Plan, findings: Findings, courses: list[MotionCourse]) -> list[Quantity]:
+def _phase_quantities(plan: Plan, findings: Findings) -> list[Quantity]:
     """Outcome, times, and the largest amplitude of both phases with the speed there."""
     up, down, units, orbit = findings.up, findings.down, plan.machine.units, plan.machine.orbit_unit
     verdict, rotor = up.verdict, up.case.machine.rotor.name
     amplitude = verdict.amplitudes[0] if verdict.amplitudes else None
     peak_up = up.loads.observation.largest
     peak_down = None if down is None else down.loads.observation.largest
-    speeds = [_speed_at_peak(course) for course in courses] + [None]
+    runs = [up] if down is None else [up, down]
+    speeds = [speed_at_largest(run.case.machine, run.loads.observation) for run in runs] + [None]
     return [
         Quantity("outcome", str(verdict.outcome), "outcome of the run-up"),
         Quantity("peak_amplitude_up", peak_up, "largest amplitude of the axis on the way up", orbit, headline=True),
-        Quantity("peak_speed_up", speeds[0], f"speed of {rotor} there", units.speed),
+        Quantity("peak_speed_up", speeds[0] and abs(speeds[0]), f"mean speed of {rotor} over the turn there", units.speed),
         Quantity("peak_amplitude_down", peak_down, "largest amplitude of the axis on the way down", orbit, headline=True),
-        Quantity("peak_speed_down", speeds[1], f"speed of {rotor} there", units.speed),
+        Quantity("peak_speed_down", speeds[1] and abs(speeds[1]), f"mean speed of {rotor} over the turn there", units.speed),
         Quantity("operating_amplitude", amplitude, "mean amplitude of the axis before the switch-off", orbit),
         Quantity("operating_speed", verdict.speed, f"speed of {rotor} before the switch-off", units.speed),
         Quantity("settling_time", verdict.settling_time, "time until the speed has settled", units.time),
         Quantity("switch_off_time", up.trajectory.end_time, "time at which the drives are switched off", units.time),
         Quantity("down_time", None if down is None else down.trajectory.end_time, "time of the coast-down", units.time),
     ]  # fmt: skip
-
-
-def _speed_at_peak(course: MotionCourse) -> float | None:
-    return float(abs(course.speeds[0, course.amplitude.argmax()])) if course.amplitude.any() else None
 
 
 def _load_quantities(plan: Plan, runs: list[LoadedRun]) -> list[Quantity]:
@@ -213,9 +211,12 @@ def _warnings(plan: Plan, findings: Findings, failure: str | None) -> list[str]:
 def report(result: xr.Dataset) -> list[str]:
     """The lines that ``wucht run`` prints for a cycle."""
     s, lines = result.wucht.summary, ReportLines(result)
-    lines.add("up", "{peak_amplitude_up} at most, at {peak_speed_up}")
+    there = {key: f", at {{{key}}}" if s[key] is not None else "" for key in ("peak_speed_up", "peak_speed_down")}
+    if s["peak_amplitude_up"]:
+        lines.add("up", "{peak_amplitude_up} at most" + there["peak_speed_up"])
     lines.add("operation", "{operating_amplitude} at {operating_speed}; switched off at {switch_off_time:.4g}")
-    lines.add("down", "{peak_amplitude_down} at most, at {peak_speed_down}")
+    if s["peak_amplitude_down"]:
+        lines.add("down", "{peak_amplitude_down} at most" + there["peak_speed_down"])
     lines.add("bearings", "{forces} at most, of each rotor on the carrier", forces=_largest(s["bearing_forces"], lines, "N"))
     if s["mount_travel"]:
         lines.add("travel", "{travels} at most from rest", travels=_largest(s["mount_travel"], lines, "m"))
