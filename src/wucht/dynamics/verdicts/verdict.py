@@ -101,6 +101,8 @@ class Verdict:
         Of rotors that may be entrained.
     rotors : dict of str to Outcome
         The outcome of each of several.
+    growth_rate : float or None
+        Of differences of like bodies that move together, per unit of time, where they grow and leave the outcome open.
     """
 
     outcome: Outcome
@@ -115,6 +117,12 @@ class Verdict:
     faster_branch: bool = False
     locking: LockingAssessment | None = None
     rotors: dict[str, Outcome] = field(default_factory=dict)
+    growth_rate: float | None = None
+
+    @property
+    def never_parts(self) -> bool:
+        """True if the outcome stays open in every longer run: bodies move as one that real ones would leave."""
+        return self.growth_rate is not None and self.needed_time is None
 
     @property
     def sentence(self) -> str:
@@ -125,6 +133,8 @@ class Verdict:
         if self.outcome is Outcome.BALANCER_CAPTURED and (free is None or self.speed < (1 - SPEED_TOLERANCE) * abs(free)):
             below = "" if free is None else f" to {100 * self.speed / abs(free):.0f} % of its speed without vibration"
             return f"the rotor gets through its resonance, but bodies lag behind it, captured there, and brake it{below}"
+        if self.never_parts:
+            return "bodies that are alike move as one, on a motion that they would leave if they were the least apart"
         if self.outcome is Outcome.UNIDENTIFIED and self.needed_time is None:
             return "the motion does not settle into an identifiable state"
         captured_rotors = [name for name, o in self.rotors.items() if o in (Outcome.CAPTURED, Outcome.CAPTURED_MODULATED)]
@@ -259,6 +269,12 @@ def _undecided_verdict(machine: Machine, verdict: Verdict, reason: str, until: f
     advice = f"{reason}: run at least until {until:.3g} {machine.units.time}".rstrip()
     needed_time = float(f"{until:.3g}")
     return replace(verdict, settling_time=None, amplitude_settling_time=None, advice=advice, needed_time=needed_time)
+
+
+def open_verdict(machine: Machine, verdict: Verdict, reason: str, until: float | None = None) -> Verdict:
+    """Return a verdict left open for a reason. until: the end of a run that may decide; None: no longer run does."""
+    verdict = replace(verdict, outcome=Outcome.UNIDENTIFIED)
+    return _undecidable_verdict(verdict, reason) if until is None else _undecided_verdict(machine, verdict, reason, until)
 
 
 def _undecidable_verdict(verdict: Verdict, reason: str) -> Verdict:
