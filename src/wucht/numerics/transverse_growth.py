@@ -20,7 +20,6 @@ from wucht.numerics.flow.integration import integrate
 
 _DISPLACEMENT = 1e-6  # of the sizes: its square is rounding
 _LARGEST = 1e-2  # of the sizes: larger differences do not grow in proportion any more
-_HALVINGS = 4
 _ODD = 0.2  # of the difference: a rest that changes by more is not even in it, and the parts are not alike
 _PLACES = 16  # of the motion, at which its sizes are taken
 _AT_REST = 1e-12  # a state that never exceeds it has no size
@@ -75,13 +74,11 @@ def transverse_growth(
         integration ends early.
     """
     begin, end = span
-    for _ in range(_HALVINGS):
-        changes = _changes(compiled_system, parameter_values, state, np.linspace(begin, end, _PLACES), parts)
-        if changes is None:
-            return None
-        if np.abs(changes).max() <= _LARGEST:
-            break
-        end = begin + (end - begin) / 2
+    changes = _changes(compiled_system, parameter_values, state, np.linspace(begin, end, _PLACES), parts)
+    if changes is None:
+        return None
+    if np.abs(changes).max() > _LARGEST:
+        return transverse_growth(compiled_system, parameter_values, state, (begin, (begin + end) / 2), parts)
     first, second = (changes[rows] for rows in parts)
     multiplier = float(np.abs(np.linalg.eigvals((first - second) / (2 * _DISPLACEMENT))).max())
     even = np.vstack([np.delete(changes, np.concatenate(parts), axis=0), (first + second) / 2])

@@ -13,7 +13,7 @@ from wucht.dynamics.run_ups.horizon import SPEED_LIMIT, Grid, Horizon, RunSettin
 from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
 from wucht.dynamics.run_ups.observed_integration import Leg, ObservedIntegration
 from wucht.dynamics.run_ups.run_up_models import FullModel, slow_model
-from wucht.dynamics.verdicts.certificate import MotionEnd, certified
+from wucht.dynamics.verdicts.certificate import MotionEnd, certified_verdict
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import MotionObserver, Observation, Rows
 from wucht.dynamics.verdicts.verdict import Verdict, judge
@@ -146,7 +146,7 @@ def verdict_at_end(
     if compiled_system is None:
         return verdict
     end = motion.final_parameter_values, motion.end_state, motion.end_time
-    return certified(machine, verdict, MotionEnd(compiled_system.system, lambda: compiled_system, *end))
+    return certified_verdict(machine, verdict, MotionEnd(compiled_system.system, lambda: compiled_system, *end))
 
 
 def run_up(case: RunUpCase, work: Work) -> Iterator[tuple[Motion, ...]]:

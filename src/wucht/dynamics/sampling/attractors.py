@@ -18,7 +18,7 @@ from wucht.dynamics.run_ups.horizon import Horizon
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.sampling.ensemble_equations import Equations, Variants, embedded_states
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion
-from wucht.dynamics.sampling.full_classification import certified_verdict, model_of, observe_members
+from wucht.dynamics.sampling.full_classification import member_verdict, model_of, observe_members
 from wucht.dynamics.verdicts.observation import Observation
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.machines.machine import Machine
@@ -197,7 +197,7 @@ def _reached_attractor(
 ) -> Attractor | None:
     """Return the attractor of a member from its final state and observation; None if it is at rest, or on none."""
     machine = question.machine
-    verdict = certified_verdict(model_of(question, machine, start), observation, state)
+    verdict = member_verdict(model_of(question, machine, start), observation, state)
     continues = verdict.evidence.is_modulated or verdict.evidence.asynchronous
     if verdict.outcome is Outcome.UNIDENTIFIED or not continues or verdict.assessment is None:
         return None

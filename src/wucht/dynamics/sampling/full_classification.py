@@ -14,7 +14,7 @@ from wucht.dynamics.run_ups.horizon import Horizon
 from wucht.dynamics.run_ups.run_up_models import FullModel, SlowModel, slow_model
 from wucht.dynamics.sampling.ensemble_equations import NumberedMembers, Variants, parameters_of
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, Report, subprogress
-from wucht.dynamics.verdicts.certificate import TOLERANCE, MotionEnd, certified
+from wucht.dynamics.verdicts.certificate import TOLERANCE, MotionEnd, certified_verdict
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import MotionObserver, Observation, fastest_speeds
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
@@ -156,7 +156,7 @@ class ClassifyingObserver:
             return record, has_ended
         for i, number in enumerate(record.number):
             model = self.models[self.model_index[number]]
-            verdict = certified_verdict(model, record.observations[i], samples[-1, :, i])
+            verdict = member_verdict(model, record.observations[i], samples[-1, :, i])
             outcome[i] = OUTCOMES.index(verdict.outcome)
             settling_time[i] = np.nan if verdict.settling_time is None else verdict.settling_time
             is_final = verdict.outcome in _FINAL_OUTCOMES or verdict.never_parts
@@ -184,12 +184,12 @@ class ClassifyingObserver:
         return observations
 
 
-def certified_verdict(model: FullModel, observation: Observation, state: np.ndarray) -> Verdict:
+def member_verdict(model: FullModel, observation: Observation, state: np.ndarray) -> Verdict:
     """Judge a member that was observed until it is in a state (k,) of its equations."""
     machine = model.machine
     verdict = judge(machine, observation, free_speed(machine, machine.rotor))
-    compiled, values = partial(compile_system, model.system, TOLERANCE), np.array(model.parameter_values)
-    return certified(machine, verdict, MotionEnd(model.system, compiled, values, state, observation.end_time))
+    equations, values = partial(compile_system, model.system, TOLERANCE), np.array(model.parameter_values)
+    return certified_verdict(machine, verdict, MotionEnd(model.system, equations, values, state, observation.end_time))
 
 
 def _motion(model: FullModel, time: np.ndarray, samples: np.ndarray) -> Trajectory:

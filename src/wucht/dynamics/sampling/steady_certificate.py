@@ -61,8 +61,8 @@ def parting_members(
     is_left = np.zeros(len(first), bool)
     for k, i in enumerate(first.tolist()):
         member, speed = members[i], float(speeds[i])
-        compiled, values = partial(compile_system, system, TOLERANCE), parameter_values[index[member]]
-        end = MotionEnd(system, compiled, values, states[member], float(times[member]))
+        equations, values = partial(compile_system, system, TOLERANCE), parameter_values[index[member]]
+        end = MotionEnd(system, equations, values, states[member], float(times[member]))
         is_left[k] = bool(speed) and parting_pair(machine, end, steady_time(speed)) is not None
     return np.asarray(members[is_left[state_of.reshape(-1)]])
 
@@ -72,4 +72,4 @@ def _main_speeds(variants: Variants, names: tuple[str, ...], states: np.ndarray)
     name = f"{variants.machines[0].rotor.name}.speed"
     if name in names:
         return np.asarray(states[:, names.index(name)])
-    return np.array([free_speed(m, m.rotor) or 0.0 for m in variants.machines])[variants.machine_index]
+    return np.asarray(np.array([free_speed(m, m.rotor) or 0.0 for m in variants.machines])[variants.machine_index])

@@ -81,10 +81,10 @@ def _are_alike(machine: Machine, a: RotatingBody, b: RotatingBody) -> bool:
 
 @dataclass(frozen=True)
 class MotionEnd:
-    """The end of a motion of a System: its parameter values (p,), state (n + m,), and time. compiled: returns its equations."""
+    """The end of a motion of a System: parameter values (p,), state (n + m,), time. equations: returns its machine code."""
 
     system: System
-    compiled: Callable[[], CompiledSystem]
+    equations: Callable[[], CompiledSystem]
     parameter_values: np.ndarray
     state: np.ndarray
     time: float
@@ -93,26 +93,26 @@ class MotionEnd:
 def parting_pair(machine: Machine, end: MotionEnd, duration: float) -> tuple[LikePair, float] | None:
     """Return a pair of like bodies that move together at the end of a motion and leave each other, and the rate at which their
     difference grows; None if there is none. duration: the time over which it is followed, whole periods of the motion."""
+    pairs = [p for p in like_pairs(machine, end.system.state_names) if abs(float(p.difference(end.state))) <= TOGETHER]
     clusters = list[set[str]]()
-    for pair in like_pairs(machine, end.system.state_names):
-        if abs(float(pair.difference(end.state))) > TOGETHER:
+    for pair in pairs:
+        if any(cluster & set(pair.names) for cluster in clusters):  # the differences of all bodies of a cluster grow alike
             continue
-        if joined := [c for c in clusters if c & set(pair.names)]:  # the differences of all bodies that are together grow alike
-            joined[0].update(pair.names)
-            continue
-        clusters.append(set(pair.names))
-        compiled_system = end.compiled()
+        compiled_system = end.equations()
         if compiled_system.tolerance > TOLERANCE:
             compiled_system = compile_system(end.system, TOLERANCE)
         span = end.time, end.time + duration
         growth = transverse_growth(compiled_system, end.parameter_values, end.state, span, pair.states)
-        if growth is not None and growth.logarithm > _GROWS:
+        if growth is None:
+            continue
+        if growth.logarithm > _GROWS:
             return pair, growth.rate
+        clusters.append({name for p in pairs if pair.names[0] in p.names for name in p.names})
     return None
 
 
-def certified(machine: Machine, verdict: Verdict, end: MotionEnd) -> Verdict:
-    """Return a verdict on the motion of a machine; left open where like bodies that move together at its end leave each other."""
+def certified_verdict(machine: Machine, verdict: Verdict, end: MotionEnd) -> Verdict:
+    """Return a verdict on the motion of a machine; left open where like bodies that are together at its end part."""
     if verdict.outcome not in _FINAL or not verdict.speed:
         return verdict
     parting = parting_pair(machine, end, _followed_time(verdict))
