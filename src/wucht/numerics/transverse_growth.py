@@ -10,18 +10,24 @@ hold across events and where the parts are nearly alike.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from wucht.numerics.angles import wrap_to_pi
 from wucht.numerics.flow.compiled_system import CompiledSystem
 from wucht.numerics.flow.integration import integrate
+from wucht.numerics.observers.records import smooth_weights
+from wucht.system import System
 
 _DISPLACEMENT = 1e-6  # of the sizes: its square is rounding
 _LARGEST = 1e-2  # of the sizes: larger differences do not grow in proportion any more
-_ODD = 0.2  # of the difference: a rest that changes by more is not even in it, and the parts are not alike
-_PLACES = 16  # of the motion, at which its sizes are taken
+_ODD = 1.0  # of the difference: where the rest changes by more, it is no difference alone that grows: the parts are not alike
+_PLACES = 512  # of the motion, at which differences are compared
+_DECAYED, _LEAST = (
+    -3.0,
+    -30.0,
+)  # logarithms of a difference: one that has decayed does not grow, one that is rounding is no less
 _AT_REST = 1e-12  # a state that never exceeds it has no size
 
 
@@ -32,7 +38,7 @@ class TransverseGrowth:
     Attributes
     ----------
     logarithm : float
-        Of its largest multiplier over the duration.
+        Of its growth over the duration, at its mean rate.
     duration : float
     """
 
@@ -52,7 +58,7 @@ def transverse_growth(
     span: tuple[float, float],
     parts: tuple[np.ndarray, np.ndarray],
 ) -> TransverseGrowth | None:
-    """Compute the growth of the difference between two parts of a system that move together.
+    """Compute the growth of the difference between two parts of a system that move together, on the motion as one beside it.
 
     Parameters
     ----------
@@ -74,17 +80,32 @@ def transverse_growth(
         integration ends early.
     """
     begin, end = span
-    changes = _changes(compiled_system, parameter_values, state, np.linspace(begin, end, _PLACES), parts)
+    times = np.linspace(begin, end, _PLACES)
+    changes = _changes(compiled_system, parameter_values, _even_state(compiled_system.system, state, parts), times, parts)
     if changes is None:
         return None
-    if np.abs(changes).max() > _LARGEST:
+    if np.abs(changes[-1]).max() > _LARGEST:
         return transverse_growth(compiled_system, parameter_values, state, (begin, (begin + end) / 2), parts)
-    first, second = (changes[rows] for rows in parts)
-    multiplier = float(np.abs(np.linalg.eigvals((first - second) / (2 * _DISPLACEMENT))).max())
-    even = np.vstack([np.delete(changes, np.concatenate(parts), axis=0), (first + second) / 2])
-    if multiplier > 1 and np.abs(even).max() > _ODD * np.abs(first - second).max():
+    first, second = (changes[:, rows] for rows in parts)
+    with np.errstate(divide="ignore"):
+        logarithms = np.log(np.linalg.norm((first - second) / (2 * _DISPLACEMENT), ord=2, axis=(1, 2)))
+    if logarithms[-1] < _DECAYED:
+        return TransverseGrowth(float(max(logarithms[-1], _LEAST)), float(end - begin))
+    even = np.hstack([np.delete(changes[-1], np.concatenate(parts), axis=0).T, ((first + second) / 2)[-1].T])
+    if logarithms[-1] > 0 and np.abs(even).max() > _ODD * np.abs((first - second)[-1]).max():
         return None
-    return TransverseGrowth(math.log(max(multiplier, _AT_REST)), end - begin)
+    weights = smooth_weights(len(times) - 1)
+    return TransverseGrowth(float(np.average(np.diff(logarithms), weights=weights)) * (len(times) - 1), float(end - begin))
+
+
+def _even_state(system: System, state: np.ndarray, parts: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """Return a state (n + m,) in which two parts are in the middle of their states."""
+    (first, second), middle = parts, np.array(state, float)
+    is_angle = np.array([system.states[i] in system.angles for i in first])
+    difference = state[first] - state[second]
+    half = np.where(is_angle, wrap_to_pi(difference), difference) / 2
+    middle[first], middle[second] = middle[first] - half, middle[second] + half
+    return middle
 
 
 def _changes(
@@ -94,8 +115,8 @@ def _changes(
     times: np.ndarray,
     parts: tuple[np.ndarray, np.ndarray],
 ) -> np.ndarray | None:
-    """Return the changes (n, k) at the last of some times by displacements of each of the k states of the parts, in shares of
-    the states' sizes, which are 1 for angles; None where a motion ends early."""
+    """Return the changes (K, n, k) at times (K,) by displacements of each of the k states of the parts, in shares of the
+    states' sizes, which are 1 for angles; None where a motion ends early."""
     motion = integrate(compiled_system, state, parameter_values, times).reraise_interrupt()
     if motion.has_ended:
         return None
@@ -109,5 +130,5 @@ def _changes(
         neighbour = integrate(compiled_system, start, parameter_values, times).reraise_interrupt()
         if neighbour.has_ended:
             return None
-        changes.append((neighbour.states[:, -1] - motion.states[:, -1]) / sizes)
-    return np.array(changes).T
+        changes.append((neighbour.states - motion.states).T / sizes)
+    return np.stack(changes, axis=-1)

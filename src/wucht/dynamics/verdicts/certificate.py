@@ -24,9 +24,9 @@ from wucht.numerics.transverse_growth import transverse_growth
 from wucht.system import System
 
 TOGETHER = 0.05  # rad: the difference of bodies that move together
-_GROWS = 0.01  # logarithm over the time that is followed: less is what is left of unequal periods
+_GROWS = 0.02  # logarithm over the time that is followed: less is what its smooth mean leaves of the periods
 _TURNS = 20  # that are followed of a steady motion, at least
-_CYCLES, _IRREGULAR_CYCLES = 3, 10  # of a modulation
+_CYCLES, _IRREGULAR_CYCLES = 10, 30  # of a modulation
 TOLERANCE = 1e-9  # of the integration: a coarser one shows in the differences
 _LONGER = 2.5  # times the run, at least: as of any run that is too short
 _FINAL = (
@@ -142,7 +142,9 @@ def _left_open(machine: Machine, verdict: Verdict, pair: LikePair, rate: float, 
         f"{' and '.join(pair.names)} are alike and move together, but any difference between them grows by {rate:.3g} {unit}"
     )
     if (state[first] == state[second]).all():
-        return open_verdict(machine, verdict, f"{reason}, and they have started as one (let them start 1e-6 rad apart)")
+        return open_verdict(
+            machine, verdict, f"{reason}, and here there is none left (give them masses that differ by a millionth)"
+        )
     angles = np.abs(state[[first[pair.angle], second[pair.angle]]])
     size = max(abs(float(pair.difference(state))), _ROUNDING * max(1.0, float(angles.max())))
     return open_verdict(machine, verdict, reason, max(_LONGER * end.time, end.time + math.log(1 / size) / rate))

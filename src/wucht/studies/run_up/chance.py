@@ -46,17 +46,20 @@ def with_neighbour(own: StudyResult, neighbour: StudyResult, growth: float) -> S
 
 def _size(value: Any) -> float:
     """The largest of some numbers, in magnitude; 0 for a text or None."""
-    if isinstance(value, Mapping):
-        return max(map(_size, value.values()), default=0.0)
+    if isinstance(value, Mapping | list | tuple):
+        return max(map(_size, value.values() if isinstance(value, Mapping) else value), default=0.0)
     return abs(float(value)) if isinstance(value, int | float) and math.isfinite(value) else 0.0
 
 
 def _are_alike(a: Any, b: Any, unit: str, size: float) -> bool:
-    """True if two values, or all of two tables, are alike. size: of the largest number in the unit."""
+    """True if two values, or all of two tables or vectors, are alike. size: below a millionth of which a number is zero."""
     if isinstance(a, Mapping) and isinstance(b, Mapping):
         return a.keys() == b.keys() and all(_are_alike(x, b[name], unit, size) for name, x in a.items())
+    if isinstance(a, list | tuple) and isinstance(b, list | tuple):
+        of_vector = max(size, _size(a) * _ALIKE / _ROUNDING)
+        return len(a) == len(b) and all(_are_alike(x, y, unit, of_vector) for x, y in zip(a, b, strict=True))
     if not (isinstance(a, int | float) and isinstance(b, int | float)):
         return bool(a == b)
-    if unit == "rad":
-        return abs(float(wrap_to_pi(a - b))) <= _ALIKE * 2 * math.pi
+    if unit == "rad" and abs(float(wrap_to_pi(a - b))) <= _ALIKE * 2 * math.pi:
+        return True
     return math.isclose(a, b, rel_tol=_ALIKE, abs_tol=_ROUNDING * size)
