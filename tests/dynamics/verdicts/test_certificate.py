@@ -85,7 +85,7 @@ def test_a_run_until_settled_waits_until_the_pendulums_have_left_each_other() ->
 
 
 def test_a_shorter_run_is_open_with_the_time_at_which_they_part() -> None:
-    """The pendulums leave each other at 0.15 /s, from 6e-9 rad at 23 s: a radian takes until 150 s, compensation until 176 s."""
+    """The pendulums leave each other at 0.15 /s, from 6e-9 rad at 23 s: to a radian until 150 s, compensated at 176 s."""
     of = machine()
     verdict = run_to_end(of, START, RunSettings(until=23.0)).verdict
     assert verdict.outcome is Outcome.UNIDENTIFIED and verdict.settling_time is None
