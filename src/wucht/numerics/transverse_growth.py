@@ -23,6 +23,7 @@ from wucht.system import System
 _DISPLACEMENT = 1e-6  # of the sizes: its square is rounding
 _LARGEST = 1e-2  # of the sizes: larger differences do not grow in proportion any more
 _ODD = 1.0  # of the difference: where the rest changes by more, it is no difference alone that grows: the parts are not alike
+_STRONG = 1.0  # logarithm of a growth that shows in half of the time as well
 _PLACES = 512  # of the motion, at which differences are compared
 _DECAYED, _LEAST = (
     -3.0,
@@ -93,7 +94,10 @@ def transverse_growth(
         return TransverseGrowth(float(max(logarithms[-1], _LEAST)), float(end - begin))
     even = np.hstack([np.delete(changes[-1], np.concatenate(parts), axis=0).T, ((first + second) / 2)[-1].T])
     if logarithms[-1] > 0 and np.abs(even).max() > _ODD * np.abs((first - second)[-1]).max():
-        return None
+        if logarithms[-1] < _STRONG:
+            return None
+        # Parts that are nearly alike may part within the time.
+        return transverse_growth(compiled_system, parameter_values, state, (begin, (begin + end) / 2), parts)
     weights = smooth_weights(len(times) - 1)
     return TransverseGrowth(float(np.average(np.diff(logarithms), weights=weights)) * (len(times) - 1), float(end - begin))
 

@@ -66,12 +66,12 @@ def _displaced_rows(motion: Motion) -> list[int]:
 
 def _growth(motion: Motion, start: np.ndarray) -> Growth:
     """Return how far a neighbour leaves a run, in angles of its bodies."""
-    names, recorded = motion.compiled_system.system.state_names, motion.trajectory
-    places = np.unique(np.linspace(0, len(recorded.time) - 1, _PLACES).round().astype(int))
+    names, reference = motion.compiled_system.system.state_names, motion.trajectory
+    places = np.unique(np.linspace(0, len(reference.time) - 1, _PLACES).round().astype(int))
     neighbour = integrate(
-        motion.compiled_system, start, motion.model.parameter_values, recorded.time[places], None, motion.case.horizon.energy
+        motion.compiled_system, start, motion.model.parameter_values, reference.time[places], None, motion.case.horizon.energy
     ).reraise_interrupt()
     angles = [i for i, name in enumerate(names) if name.endswith(_ANGLES)]
     count = len(neighbour.time)
-    distances = np.abs(neighbour.states[angles] - recorded.states[angles][:, places[:count]])
+    distances = np.abs(neighbour.states[angles] - reference.states[angles][:, places[:count]])
     return Growth(float(distances.max()) / DISPLACEMENT)

@@ -25,6 +25,7 @@ from wucht.system import System
 
 TOGETHER = 0.05  # rad: the difference of bodies that move together
 _GROWS = 0.02  # logarithm over the time that is followed: less is what its smooth mean leaves of the periods
+_NEARLY, _FURTHER = -0.5, 3.0  # logarithm of a growth that a remaining transient may hide: it is followed so many times longer
 _TURNS = 20  # that are followed of a steady motion, at least
 _CYCLES, _IRREGULAR_CYCLES = 10, 30  # of a modulation
 TOLERANCE = 1e-9  # of the integration: a coarser one shows in the differences
@@ -101,8 +102,11 @@ def parting_pair(machine: Machine, end: MotionEnd, duration: float) -> tuple[Lik
         compiled_system = end.equations()
         if compiled_system.tolerance > TOLERANCE:
             compiled_system = compile_system(end.system, TOLERANCE)
-        span = end.time, end.time + duration
-        growth = transverse_growth(compiled_system, end.parameter_values, end.state, span, pair.states)
+        for time in (duration, _FURTHER * duration):
+            span = end.time, end.time + time
+            growth = transverse_growth(compiled_system, end.parameter_values, end.state, span, pair.states)
+            if growth is None or not _NEARLY < growth.logarithm <= _GROWS:
+                break
         if growth is None:
             continue
         if growth.logarithm > _GROWS:
