@@ -119,7 +119,9 @@ def test_the_limit_of_a_run_until_settled_is_told() -> None:
     """Only of a run that has come to its limit, and has not settled."""
     of, ended = horizon(driven(200.0)), horizon(driven(200.0), until=10.0)
     end = 25_600 * 2 * math.pi / 200.0
-    verdicts: list[Any] = [SimpleNamespace(settled_within=lambda _width, known=known: known) for known in (False, True)]
+    verdicts: list[Any] = [
+        SimpleNamespace(settled_within=lambda _width, known=known: known, never_parts=False) for known in (False, True)
+    ]
     (sentence,) = of.limit_warnings(end, verdicts[0], "s")
     assert f"ended at {end:.4g} s, after 2.56e+04 turns or vibrations" in sentence and "study.until" in sentence
     assert of.limit_warnings(0.999 * end, verdicts[0], "s") == of.limit_warnings(end, verdicts[1], "s") == ()
