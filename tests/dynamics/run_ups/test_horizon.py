@@ -151,7 +151,9 @@ def test_a_prescribed_speed_is_expected(speed: float) -> None:
 
 @pytest.mark.parametrize("settled", [True, False])
 def test_what_ends_a_run_without_an_end_time(settled: bool) -> None:
-    verdict: Any = SimpleNamespace(outcome=Outcome.PASSED, settled_within=lambda width: settled and width == 1e-5)
+    verdict: Any = SimpleNamespace(
+        outcome=Outcome.PASSED, settled_within=lambda width: settled and width == 1e-5, never_parts=False
+    )
     assert horizon(driven(200.0)).is_decided(verdict) is settled
     turns = horizon(driven(200.0), turns=30.0)
     assert not turns.is_decided(verdict)
