@@ -68,8 +68,15 @@ def test_balls_that_tumble_through_the_resonance(name: str) -> None:
 
 def result(**values: Any) -> StudyResult:
     units = {"final_phases": "rad", "settling_time": "s", "final_speed": "rad/s"}
-    quantities = [Quantity("outcome", "compensated", "outcome")]
+    quantities = [Quantity("outcome", values.pop("outcome", "compensated"), "outcome")]
     return StudyResult(quantities + [Quantity(n, v, n, units.get(n, "")) for n, v in values.items()], "")
+
+
+def test_another_outcome_is_chance_and_an_open_one_says_nothing() -> None:
+    passed = with_neighbour(result(settling_time=5.0), result(outcome="passed", settling_time=5.0), 1e4)
+    assert passed.summary[ONE_OF_MANY] == {"outcome": "passed"} and passed.warnings[0].startswith("the outcome is chance")
+    open_one = with_neighbour(result(settling_time=5.0), result(outcome="unidentified", settling_time=None), 1e4)
+    assert ONE_OF_MANY not in open_one.summary
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES
 from wucht.numerics.angles import wrap_to_pi
 from wucht.results.quantities import StudyResult, group
 
@@ -25,6 +26,13 @@ def with_neighbour(own: StudyResult, neighbour: StudyResult, growth: float) -> S
     sizes = dict[str, float]()
     for q in numbers:
         sizes[q.unit] = max(sizes.get(q.unit, 0.0), _size(q.value))
+    outcomes = own.summary["outcome"], neighbour.summary["outcome"]
+    if any(outcome in OPEN_OUTCOMES for outcome in outcomes):  # what one of both leaves open is no difference
+        numbers = [
+            q
+            for q in numbers
+            if q.name not in ("outcome", "advised_time") and None not in (q.value, neighbour.summary.get(q.name))
+        ]
     differing = [
         replace(of_neighbour[q.name], headline=False)
         for q in numbers
@@ -38,8 +46,8 @@ def with_neighbour(own: StudyResult, neighbour: StudyResult, growth: float) -> S
         f"many ({names}{f' and {more} more' if more > 0 else ''}): a start {_START} away gives those in {ONE_OF_MANY}, several "
         "starts show their spread; all other numbers hold"
     )
-    if own.summary["outcome"] != neighbour.summary["outcome"]:
-        warning = f"the outcome is chance: a start {_START} away ends as {neighbour.summary['outcome']}; {warning}"
+    if "outcome" in {q.name for q in differing}:
+        warning = f"the outcome is chance: a start {_START} away ends as {outcomes[1]}; {warning}"
     others = group(ONE_OF_MANY, differing, f"numbers that are chance, from a start {_START} away")
     return replace(own, quantities=[*own.quantities, others], warnings=[*own.warnings, warning])
 
