@@ -25,10 +25,7 @@ _LARGEST = 1e-2  # of the sizes: larger differences do not grow in proportion an
 _ODD = 1.0  # of the difference: where the rest changes by more, it is no difference alone that grows: the parts are not alike
 _STRONG = 1.0  # logarithm of a growth that shows in half of the time as well
 _PLACES = 512  # of the motion, at which differences are compared
-_DECAYED, _LEAST = (
-    -3.0,
-    -30.0,
-)  # logarithms of a difference: one that has decayed does not grow, one that is rounding is no less
+_DECAY, _LEAST = -3.0, -30.0  # logarithms: of a difference that has decayed for certain, and of one that is rounding
 _AT_REST = 1e-12  # a state that never exceeds it has no size
 
 
@@ -90,7 +87,7 @@ def transverse_growth(
     first, second = (changes[:, rows] for rows in parts)
     with np.errstate(divide="ignore"):
         logarithms = np.log(np.linalg.norm((first - second) / (2 * _DISPLACEMENT), ord=2, axis=(1, 2)))
-    if logarithms[-1] < _DECAYED:
+    if logarithms[-1] < _DECAY:
         return TransverseGrowth(float(max(logarithms[-1], _LEAST)), float(end - begin))
     even = np.hstack([np.delete(changes[-1], np.concatenate(parts), axis=0).T, ((first + second) / 2)[-1].T])
     if logarithms[-1] > 0 and np.abs(even).max() > _ODD * np.abs((first - second)[-1]).max():

@@ -24,7 +24,7 @@ _ANGLES = (".angle", ".phase")
 
 
 @dataclass(frozen=True)
-class Growth:
+class NeighbourGrowth:
     """The largest distance of a neighbour from a run, in displacements of the start."""
 
     factor: float
@@ -64,7 +64,7 @@ def _displaced_rows(motion: Motion) -> list[int]:
     return [names.index(f"{b.name}{angle}") for b in bodies for angle in _ANGLES if f"{b.name}{angle}" in names]
 
 
-def _growth(motion: Motion, start: np.ndarray) -> Growth:
+def _growth(motion: Motion, start: np.ndarray) -> NeighbourGrowth:
     """Return how far a neighbour leaves a run, in angles of its bodies."""
     names, reference = motion.compiled_system.system.state_names, motion.trajectory
     places = np.unique(np.linspace(0, len(reference.time) - 1, _PLACES).round().astype(int))
@@ -74,4 +74,4 @@ def _growth(motion: Motion, start: np.ndarray) -> Growth:
     angles = [i for i, name in enumerate(names) if name.endswith(_ANGLES)]
     count = len(neighbour.time)
     distances = np.abs(neighbour.states[angles] - reference.states[angles][:, places[:count]])
-    return Growth(float(distances.max()) / DISPLACEMENT)
+    return NeighbourGrowth(float(distances.max()) / DISPLACEMENT)

@@ -19,14 +19,14 @@ _ROUNDING = 1e-6  # of the largest number in the unit, below which numbers are z
 _NO_RESULTS = ("energy_residual", "damper_mismatch", "natural_frequencies", "dimensionless", "advice", "amplitude_unit")
 
 
-def with_neighbour(own: StudyResult, neighbour: StudyResult, growth: float) -> StudyResult:
+def with_neighbour(run_result: StudyResult, neighbour: StudyResult, growth: float) -> StudyResult:
     """Return the result of a run with what a run from a neighbouring start has in place of its numbers, where they differ."""
     of_neighbour = {q.name: q for q in neighbour.quantities if q.dimensions is None or q.in_summary}
-    numbers = [q for q in own.quantities if (q.dimensions is None or q.in_summary) and q.name not in _NO_RESULTS]
+    numbers = [q for q in run_result.quantities if (q.dimensions is None or q.in_summary) and q.name not in _NO_RESULTS]
     sizes = dict[str, float]()
     for q in numbers:
         sizes[q.unit] = max(sizes.get(q.unit, 0.0), _size(q.value))
-    outcomes = own.summary["outcome"], neighbour.summary["outcome"]
+    outcomes = run_result.summary["outcome"], neighbour.summary["outcome"]
     if any(outcome in OPEN_OUTCOMES for outcome in outcomes):  # what one of both leaves open is no difference
         numbers = [
             q
@@ -39,7 +39,7 @@ def with_neighbour(own: StudyResult, neighbour: StudyResult, growth: float) -> S
         if q.name in of_neighbour and not _are_alike(q.value, of_neighbour[q.name].value, q.unit, sizes[q.unit])
     ]
     if not differing:
-        return own
+        return run_result
     names, more = ", ".join(q.long_name for q in differing[:_MOST_NAMES]), len(differing) - _MOST_NAMES
     warning = (
         f"the run amplifies differences 1e{math.floor(math.log10(growth))} times, and {len(differing)} numbers are one draw of "
@@ -48,8 +48,8 @@ def with_neighbour(own: StudyResult, neighbour: StudyResult, growth: float) -> S
     )
     if "outcome" in {q.name for q in differing}:
         warning = f"the outcome is chance: a start {_START} away ends as {outcomes[1]}; {warning}"
-    others = group(ONE_OF_MANY, differing, f"numbers that are chance, from a start {_START} away")
-    return replace(own, quantities=[*own.quantities, others], warnings=[*own.warnings, warning])
+    draw = group(ONE_OF_MANY, differing, f"numbers that are chance, from a start {_START} away")
+    return replace(run_result, quantities=[*run_result.quantities, draw], warnings=[*run_result.warnings, warning])
 
 
 def _size(value: Any) -> float:
