@@ -22,8 +22,9 @@ from benchmarks.random_machines import drawn
 from wucht.dynamics.run_ups.horizon import SPEED_LIMIT, RunSettings
 from wucht.dynamics.run_ups.observed_integration import Leg, ObservedIntegration
 from wucht.dynamics.run_ups.run_up import RunUpCase
+from wucht.dynamics.verdicts.judging import judge
 from wucht.dynamics.verdicts.outcomes import Outcome
-from wucht.dynamics.verdicts.verdict import Verdict, judge
+from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed

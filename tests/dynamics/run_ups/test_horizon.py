@@ -119,7 +119,9 @@ def test_the_limit_of_a_run_until_settled_is_told() -> None:
     """Only of a run that has come to its limit, and has not settled."""
     of, ended = horizon(driven(200.0)), horizon(driven(200.0), until=10.0)
     end = 25_600 * 2 * math.pi / 200.0
-    verdicts: list[Any] = [SimpleNamespace(settled_within=lambda _width, known=known: known) for known in (False, True)]
+    verdicts: list[Any] = [
+        SimpleNamespace(settled_within=lambda _width, known=known: known, never_parts=False) for known in (False, True)
+    ]
     (sentence,) = of.limit_warnings(end, verdicts[0], "s")
     assert f"ended at {end:.4g} s, after 2.56e+04 turns or vibrations" in sentence and "study.until" in sentence
     assert of.limit_warnings(0.999 * end, verdicts[0], "s") == of.limit_warnings(end, verdicts[1], "s") == ()
@@ -149,7 +151,9 @@ def test_a_prescribed_speed_is_expected(speed: float) -> None:
 
 @pytest.mark.parametrize("settled", [True, False])
 def test_what_ends_a_run_without_an_end_time(settled: bool) -> None:
-    verdict: Any = SimpleNamespace(outcome=Outcome.PASSED, settled_within=lambda width: settled and width == 1e-5)
+    verdict: Any = SimpleNamespace(
+        outcome=Outcome.PASSED, settled_within=lambda width: settled and width == 1e-5, never_parts=False
+    )
     assert horizon(driven(200.0)).is_decided(verdict) is settled
     turns = horizon(driven(200.0), turns=30.0)
     assert not turns.is_decided(verdict)

@@ -81,19 +81,22 @@ def test_each_member_is_judged_as_a_motion_of_its_machine(monkeypatch: pytest.Mo
     """By its number, whatever its place among those that still run: member 3 has machine b, member 0 machine a."""
     outcomes = {"a": Outcome.COMPENSATED, "b": Outcome.STOPPED}
 
-    def judged(machine: Any, observation: str, free: float) -> Any:
-        assert free == machine.free
-        settling = float(len(observation)) if machine.name == "a" else None
-        return SimpleNamespace(outcome=outcomes[machine.name], settling_time=settling, settled_within=lambda _: False)
+    def judged(model: Any, observation: str, state: np.ndarray) -> Any:
+        name = model.machine.name
+        assert state.tolist() == [30.0 if observation == "three" else 0.0]  # its own, the last one
+        settling = float(len(observation)) if name == "a" else None
+        return SimpleNamespace(
+            outcome=outcomes[name], settling_time=settling, settled_within=lambda _: False, never_parts=False
+        )
 
-    monkeypatch.setattr(module, "judge", judged)
-    monkeypatch.setattr(module, "free_speed", lambda machine, rotor: machine.free)
+    monkeypatch.setattr(module, "member_verdict", judged)
     monkeypatch.setattr(ClassifyingObserver, "_observe", lambda _, record, times, samples: record.observations)
-    machines = [SimpleNamespace(name=name, free=free, rotor=None) for name, free in (("a", 90.0), ("b", 60.0))]
+    machines = [SimpleNamespace(name=name) for name in ("a", "b")]
     models: Any = tuple(SimpleNamespace(machine=m) for m in machines)
     observer = ClassifyingObserver(models, np.array([0, 1, 0, 1]), 1.0, None, Pace(2.0, 4, 2.0), True)  # type: ignore[arg-type]
     numbers, none = np.array([3, 0]), np.full(2, np.nan)
     record = ObserverState(numbers, np.array(["three", "zero"], object), np.zeros(2, np.int8), none)
-    later, has_ended = observer.update(record, Chunk(np.array([1.0, 2.0]), np.zeros((2, 1, 2)), np.zeros((0, 2))))
+    samples = np.array([[[1.0, 2.0]], [[30.0, 0.0]]])
+    later, has_ended = observer.update(record, Chunk(np.array([1.0, 2.0]), samples, np.zeros((0, 2))))
     assert [OUTCOMES[k] for k in later.outcome] == [Outcome.STOPPED, Outcome.COMPENSATED]
     assert later.settling_time.tolist() == pytest.approx([np.nan, 4.0], nan_ok=True) and has_ended.tolist() == [True, False]

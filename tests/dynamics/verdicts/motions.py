@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.verdicts.evidence import assess_rotor
+from wucht.dynamics.verdicts.judging import judge
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import MotionObserver
 from wucht.dynamics.verdicts.outcomes import Fact
-from wucht.dynamics.verdicts.verdict import judge
 from wucht.files.building import machine_from
 from wucht.numerics.observers.turns import Samples
 

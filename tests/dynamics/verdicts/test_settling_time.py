@@ -7,10 +7,11 @@ import math
 import numpy as np
 import pytest
 
+from wucht.dynamics.verdicts.judging import judge
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import MotionObserver
 from wucht.dynamics.verdicts.outcomes import AMPLITUDE_TOLERANCE, Outcome
-from wucht.dynamics.verdicts.verdict import Verdict, judge
+from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.numerics.observers.turns import Samples

@@ -191,9 +191,9 @@ class Horizon:
         return min(self.first / self.step * 2**doublings, self.most * (1 + doublings / 2))
 
     def is_decided(self, verdict: Verdict) -> bool:
-        """True if a run without an end time may end: it has settled, or will never make the requested turns."""
+        """True if a run without an end time may end: it has settled, or never will, or will never make the requested turns."""
         if self.until_settled:
-            return verdict.settled_within(_SETTLED_TOLERANCE)
+            return verdict.settled_within(_SETTLED_TOLERANCE) or verdict.never_parts
         return verdict.outcome in (Outcome.STOPPED, Outcome.OSCILLATING, Outcome.NOT_STARTED)
 
     def limit_warnings(self, end: float, verdict: Verdict, unit: str) -> tuple[str, ...]:

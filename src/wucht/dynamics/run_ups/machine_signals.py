@@ -156,7 +156,7 @@ def _history(
     """Join the parts before the last leg, and that leg with the motion still to be observed."""
     latest, trajectory = integration.observation(last), last.trajectory
     time, values = (np.concatenate([part[k] for part in (*parts[:-1], latest.points.points_to_end())]) for k in (0, 1))
-    verdict = verdict_at_end(case.machine, latest.observation, trajectory)
+    verdict = verdict_at_end(case.machine, latest.observation, trajectory, integration.compiled_system)
     return LoadHistory(time, values, trajectory.end_time, verdict, trajectory.failure, latest.duties)
 
 

@@ -18,7 +18,7 @@ from wucht.dynamics.work import Work
 from wucht.fatigue.counting import TurningPoints
 from wucht.machines.machine import Machine
 from wucht.machines.parts.planar_carrier import PlanarCarrier
-from wucht.numerics.flow.compiled_system import compile_system
+from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
 
@@ -142,16 +142,17 @@ def largest_magnitude(time: np.ndarray, components: list[np.ndarray]) -> float:
 
 @dataclass(frozen=True, eq=False)
 class LoadedRun:
-    """A run with its loads. trajectory: a few stored samples, for its course and its works."""
+    """A run with its loads. trajectory: a few stored samples, for its course and its works. compiled_system: its equations."""
 
     case: RunUpCase
     trajectory: Trajectory
     loads: LoadObservation
+    compiled_system: CompiledSystem
 
     @cached_property
     def verdict(self) -> Verdict:
         """The verdict on the run."""
-        return verdict_at_end(self.case.machine, self.loads.observation, self.trajectory)
+        return verdict_at_end(self.case.machine, self.loads.observation, self.trajectory, self.compiled_system)
 
 
 def loaded_runs(case: RunUpCase, signal: MachineSignal | None, begin_time: float, work: Work) -> Iterator[LoadedRun]:
@@ -161,7 +162,7 @@ def loaded_runs(case: RunUpCase, signal: MachineSignal | None, begin_time: float
     observer = LoadObserver(case.observer, signal, begin_time)
     integration = ObservedIntegration(observer, flow, model.machine_motion, horizon.vibration, horizon.energy, _PER_TURN)
     last = integration.begin(model.initial, model.parameter_values)
-    latest = LoadedRun(case, last.trajectory, integration.observation(last))
+    latest = LoadedRun(case, last.trajectory, integration.observation(last), flow)
     yield latest
     work = work.open_ended if horizon.until_settled else work
     for number, grid in enumerate(horizon.legs(), 1):
@@ -170,7 +171,7 @@ def loaded_runs(case: RunUpCase, signal: MachineSignal | None, begin_time: float
         # Where an event ends the run, its time is only a limit: what share of the run is done is not known.
         end = math.inf if any(event.terminal for event in horizon.events) else grid.end
         last = work.unit(f"leg {number}", partial(integration.leg, last, _few(grid.samples), partial(_report, work, end)))
-        latest = LoadedRun(case, latest.trajectory.join(last.trajectory), integration.observation(last))
+        latest = LoadedRun(case, latest.trajectory.join(last.trajectory), integration.observation(last), flow)
         yield latest
         if grid.is_judged and horizon.is_decided(latest.verdict):
             break

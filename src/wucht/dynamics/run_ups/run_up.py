@@ -14,9 +14,11 @@ from wucht.dynamics.run_ups.horizon import SPEED_LIMIT, Grid, Horizon, RunSettin
 from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
 from wucht.dynamics.run_ups.observed_integration import Leg, ObservedIntegration
 from wucht.dynamics.run_ups.run_up_models import FullModel, slow_model
+from wucht.dynamics.verdicts.certificate import MotionEnd, certified_verdict
+from wucht.dynamics.verdicts.judging import judge
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import MotionObserver, Observation, Rows
-from wucht.dynamics.verdicts.verdict import Verdict, judge
+from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
@@ -132,15 +134,21 @@ class Motion:
     @cached_property
     def verdict(self) -> Verdict:
         """The outcome, and the numbers behind it."""
-        return verdict_at_end(self.case.machine, self.observation, self.trajectory)
+        return verdict_at_end(self.case.machine, self.observation, self.trajectory, self.compiled_system)
 
 
-def verdict_at_end(machine: Machine, observation: Observation, motion: Trajectory) -> Verdict:
-    """Judge a motion that was observed until its end."""
+def verdict_at_end(
+    machine: Machine, observation: Observation, motion: Trajectory, compiled_system: CompiledSystem | None = None
+) -> Verdict:
+    """Judge a motion that was observed until its end. compiled_system: its equations, with which the verdict is certified."""
     last = observation.main.sample
     speed = 0.0 if last is None else float(last.speeds[0, -1])
     free = free_speed_from(machine.at(motion.end_time), machine.rotor, speed, motion.end_time)
-    return judge(machine, observation, free, motion.failure, motion.stopped_by == SPEED_LIMIT)
+    verdict = judge(machine, observation, free, motion.failure, motion.stopped_by == SPEED_LIMIT)
+    if compiled_system is None:
+        return verdict
+    end = motion.final_parameter_values, motion.end_state, motion.end_time
+    return certified_verdict(machine, verdict, MotionEnd(compiled_system.system, lambda: compiled_system, *end))
 
 
 def run_up(case: RunUpCase, work: Work) -> Iterator[tuple[Motion, ...]]:

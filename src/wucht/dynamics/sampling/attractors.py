@@ -18,12 +18,10 @@ from wucht.dynamics.run_ups.horizon import Horizon
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.sampling.ensemble_equations import Equations, Variants, embedded_states
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion
-from wucht.dynamics.sampling.full_classification import observe_members
+from wucht.dynamics.sampling.full_classification import member_verdict, model_of, observe_members
 from wucht.dynamics.verdicts.observation import Observation
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
-from wucht.dynamics.verdicts.verdict import judge
 from wucht.machines.machine import Machine
-from wucht.machines.operation import free_speed
 from wucht.numerics.ensembles.ensemble import CompiledEnsemble, compile_ensemble
 from wucht.numerics.ensembles.members import Chunk, Status
 from wucht.numerics.zeros_and_peaks import extremes
@@ -176,7 +174,9 @@ def _survey_attractors(question: EnsembleQuestion, equations: Equations, horizon
     variants = Variants.from_values(question.machine, {}, starts.shape[1])
     for ends in observe_members(question, starts, variants, horizon, lambda _share: None):
         for state, status, observation in zip(ends.states, ends.status, ends.record.observations, strict=True):
-            candidate = None if status == Status.FAILED else _reached_attractor(question, equations, state, observation)
+            candidate = (
+                None if status == Status.FAILED else _reached_attractor(question, equations, starts[:, 0], state, observation)
+            )
             if candidate is not None:
                 attractors = _with_candidate(attractors, candidate)
     return tuple(attractors)
@@ -193,11 +193,11 @@ def _with_candidate(attractors: list[Attractor], candidate: Attractor) -> list[A
 
 
 def _reached_attractor(
-    question: EnsembleQuestion, equations: Equations, state: np.ndarray, observation: Observation
+    question: EnsembleQuestion, equations: Equations, start: np.ndarray, state: np.ndarray, observation: Observation
 ) -> Attractor | None:
     """Return the attractor of a member from its final state and observation; None if it is at rest, or on none."""
     machine = question.machine
-    verdict = judge(machine, observation, free_speed(machine, machine.rotor))
+    verdict = member_verdict(model_of(question, machine, start), observation, state)
     continues = verdict.evidence.is_modulated or verdict.evidence.asynchronous
     if verdict.outcome is Outcome.UNIDENTIFIED or not continues or verdict.assessment is None:
         return None

@@ -23,6 +23,7 @@ from wucht.dynamics.sampling.ensemble_equations import (
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, Report, subprogress
 from wucht.dynamics.sampling.full_classification import begins_fast, classify_members
 from wucht.dynamics.sampling.screening_observer import DoublingSchedule, ScreeningObserver
+from wucht.dynamics.sampling.steady_certificate import parting_members
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.dynamics.work import Work
@@ -168,6 +169,9 @@ def _screen_members(
         outcome = np.where(has_failed, OUTCOMES.index(Outcome.FAILED), record.outcome).astype(np.int8)
         parts.append(MemberOutcomes(outcome, record.settling_time, np.sqrt(record.peak_distance_squared), ends.times))
         numbers.append(record.number[record.needs_classification & ~has_failed])
+        of_tile = variants.select(record.number)
+        leaving = parting_members(of_tile, quantities.system, quantities.parameter_values, outcome, ends.states, ends.times)
+        numbers.append(record.number[leaving])
         failures |= {int(record.number[i]): reason for i, reason in ends.sentences.items()}
     outcomes = MemberOutcomes.join(parts)
     return outcomes.with_failures(failures), np.concatenate(numbers)

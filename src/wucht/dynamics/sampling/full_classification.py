@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -13,14 +14,17 @@ from wucht.dynamics.run_ups.horizon import Horizon
 from wucht.dynamics.run_ups.run_up_models import FullModel, SlowModel, slow_model
 from wucht.dynamics.sampling.ensemble_equations import NumberedMembers, Variants, parameters_of
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, Report, subprogress
+from wucht.dynamics.verdicts.certificate import TOLERANCE, MotionEnd, certified_verdict
+from wucht.dynamics.verdicts.judging import judge
 from wucht.dynamics.verdicts.noise import Noise
-from wucht.dynamics.verdicts.observation import MotionObserver, fastest_speeds
+from wucht.dynamics.verdicts.observation import MotionObserver, Observation, fastest_speeds
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
-from wucht.dynamics.verdicts.verdict import judge
+from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
 from wucht.numerics.ensembles.ensemble import compile_ensemble, tiles
 from wucht.numerics.ensembles.members import Chunk, EnsembleResult, Members, Pace, Status
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.trajectory import Trajectory
 
 _SAMPLES_PER_TURN, _TURNS_PER_CHUNK = 16, 200  # samples a turn of the fastest motion that is expected, and turns a chunk
@@ -81,11 +85,12 @@ def observe_members(
 ) -> Iterator[EnsembleResult[ObserverState]]:
     """Observe some members at a time: yield the observation of each, and the states in which they ended."""
     models = tuple(
-        _model(question, m, starts[:, np.flatnonzero(variants.machine_index == i)[0]]) for i, m in enumerate(variants.machines)
+        model_of(question, m, starts[:, np.flatnonzero(variants.machine_index == i)[0]])
+        for i, m in enumerate(variants.machines)
     )
     system, turn = models[0].system, horizon.step * horizon.samples_per_turn
     initial = np.stack(
-        [_model(question, models[v].machine, s).initial for v, s in zip(variants.machine_index, starts.T, strict=True)]
+        [model_of(question, models[v].machine, s).initial for v, s in zip(variants.machine_index, starts.T, strict=True)]
     )
     chunk = _TURNS_PER_CHUNK * turn
     if question.until is not None:
@@ -100,7 +105,8 @@ def observe_members(
         yield tile.result
 
 
-def _model(question: EnsembleQuestion, machine: Machine, start: np.ndarray) -> FullModel:
+def model_of(question: EnsembleQuestion, machine: Machine, start: np.ndarray) -> FullModel:
+    """Return the equations of a member that starts in a state (n,) of the machine's System."""
     if question.model == "full":
         return FullModel(machine, start)
     return slow_model(machine, start, question.inertia, question.order)
@@ -150,11 +156,12 @@ class ClassifyingObserver:
         if (self.final and times[-1] < self.pace.until) or (not self.final and chunks.bit_count() > 1):
             return record, has_ended
         for i, number in enumerate(record.number):
-            machine = self.models[self.model_index[number]].machine
-            verdict = judge(machine, record.observations[i], free_speed(machine, machine.rotor))
+            model = self.models[self.model_index[number]]
+            verdict = member_verdict(model, record.observations[i], samples[-1, :, i])
             outcome[i] = OUTCOMES.index(verdict.outcome)
             settling_time[i] = np.nan if verdict.settling_time is None else verdict.settling_time
-            has_ended[i] = verdict.settled_within(_SETTLED_WIDTH) or verdict.outcome in _FINAL_OUTCOMES
+            is_final = verdict.outcome in _FINAL_OUTCOMES or verdict.never_parts
+            has_ended[i] = verdict.settled_within(_SETTLED_WIDTH) or is_final
         return replace(record, outcome=outcome, settling_time=settling_time), has_ended
 
     def final_record(self, record: ObserverState) -> ObserverState:
@@ -176,6 +183,14 @@ class ClassifyingObserver:
                     record.observations[i] or observer.begin(), all_samples.part(slice(first, first + count))
                 )
         return observations
+
+
+def member_verdict(model: FullModel, observation: Observation, state: np.ndarray) -> Verdict:
+    """Judge a member that was observed until it is in a state (k,) of its equations."""
+    machine = model.machine
+    verdict = judge(machine, observation, free_speed(machine, machine.rotor))
+    equations, values = partial(compile_system, model.system, TOLERANCE), np.array(model.parameter_values)
+    return certified_verdict(machine, verdict, MotionEnd(model.system, equations, values, state, observation.end_time))
 
 
 def _motion(model: FullModel, time: np.ndarray, samples: np.ndarray) -> Trajectory:

@@ -206,8 +206,7 @@ def _projections(
         observed_modulation.borders if observed_modulation is not None and _needs_cycles(whole, observed_modulation) else None
     )
     lags = tuple(lag_of(whole, i, last, ahead, borders, noise) for i in about)
-    windows_apart = math.inf if borders is None else windows_until_divergence(whole, about, borders, noise)
-    divergence = windows_apart if windows_apart < ahead else math.inf
+    divergence = _divergence(whole, about, observed_modulation, noise, longer) * ahead
     return _Projections(
         mean,
         lowest,
@@ -217,6 +216,18 @@ def _projections(
         divergence,
         observed_modulation is not None,
     )
+
+
+def _divergence(
+    whole: Blocks, about: Sequence[int], observed_modulation: Modulation | None, noise: Noise, longer: float
+) -> float:
+    """Return the share of the time ahead after which bodies that are modulated together have diverged; inf if they do not."""
+    if observed_modulation is None:
+        return math.inf
+    windows_apart = windows_until_divergence(whole, about, observed_modulation.borders, noise)
+    share = windows_apart / (_groups_ahead(whole, observed_modulation) * longer)
+    # Bodies that tumble are apart at once: their difference counts only where cycles are the windows.
+    return share if share < 1 and (share > 0 or _needs_cycles(whole, observed_modulation)) else math.inf
 
 
 def _undecidable_reason(p: _Projections, e: Evidence[float], waits: list[float], noise: Noise, reference: float) -> str:
@@ -322,14 +333,18 @@ class _Series:
 
 def _series(whole: Blocks, observed_modulation: Modulation | None) -> _Series:
     """Return the series over tenths of the record; with a slower modulation, over groups of its cycles."""
-    duration = float(whole.time[-1] - whole.time[0])
     if observed_modulation is not None and _needs_cycles(whole, observed_modulation):
         rounding = _CYCLES_ROUNDING * (observed_modulation.high - observed_modulation.low)
         means, lows, highs = observed_modulation.groups
-        return _Series(means, lows, highs, LOOKAHEAD * duration / observed_modulation.span, rounding)
+        return _Series(means, lows, highs, _groups_ahead(whole, observed_modulation), rounding)
     means = 1 / windows_of(1 / whole.speed).mean(axis=1)
     lows, highs = windows_of(whole.lowest).min(axis=1), windows_of(whole.highest).max(axis=1)
     return _Series(means, lows, highs, AHEAD, _CYCLES_ROUNDING * float(highs[-1] - lows[-1]))
+
+
+def _groups_ahead(whole: Blocks, observed_modulation: Modulation) -> float:
+    """The groups of cycles to look ahead."""
+    return LOOKAHEAD * float(whole.time[-1] - whole.time[0]) / observed_modulation.span
 
 
 def _residual_projection(whole: Blocks, ahead: float, noise: Noise) -> Projection:

@@ -9,6 +9,7 @@ from typing import Any
 from wucht.dynamics.limit_sets.long_run import INTERVALS
 from wucht.dynamics.parameters import parameter_of, values_of
 from wucht.dynamics.run_ups.horizon import numbers_per_sample
+from wucht.dynamics.run_ups.neighbours import Neighbour, neighbour_of
 from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
 from wucht.dynamics.run_ups.run_variations import start_states
 from wucht.dynamics.work import Work
@@ -87,10 +88,12 @@ def _value_text(value: Any, unit: str = "") -> str:
 
 @dataclass(frozen=True)
 class Findings:
-    """The motions of each run, of the full equations first. finished_count: number of finished runs."""
+    """The motions of each run, of the full equations first. finished_count: of the finished runs. neighbours: of
+    these, where small differences grow."""
 
     motions: tuple[tuple[Motion, ...], ...]
     finished_count: int
+    neighbours: tuple[Neighbour | None, ...] = ()
 
 
 def run(plan: Plan | SystemRunPlan, work: Work) -> Iterator[Findings | SystemRunFindings]:
@@ -98,7 +101,7 @@ def run(plan: Plan | SystemRunPlan, work: Work) -> Iterator[Findings | SystemRun
     if isinstance(plan, SystemRunPlan):
         yield from compute_system_run(plan, work)
         return
-    done: list[tuple[Motion, ...]] = []
+    done, neighbours = list[tuple[Motion, ...]](), list[Neighbour | None]()
     count = len(plan.cases)
     for k, case in enumerate(plan.cases):
         part = work.part(f"run {k + 1}", k / count, (k + 1) / count) if plan.several else work
@@ -107,4 +110,5 @@ def run(plan: Plan | SystemRunPlan, work: Work) -> Iterator[Findings | SystemRun
             if not done:  # later runs are reported when they are complete: partial ones would count as finished
                 yield Findings((motions,), 0)
         done.append(motions)
-        yield Findings(tuple(done), len(done))
+        neighbours.append(neighbour_of(motions[0], part.part("neighbour", 1.0, 1.0)))
+        yield Findings(tuple(done), len(done), tuple(neighbours))

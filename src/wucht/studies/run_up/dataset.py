@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +15,7 @@ from wucht.analysis.throw import NUMBERS, Throw, largest_of
 from wucht.dynamics.run_ups.bearing_loads import BearingLife, bearing_warnings, lives_at_end, loads_at_end
 from wucht.dynamics.run_ups.contacts import track_contacts
 from wucht.dynamics.run_ups.hanging_start import HANGING, is_hanging_start
+from wucht.dynamics.run_ups.neighbours import Neighbour
 from wucht.dynamics.run_ups.run_up import Motion
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import motion_of
@@ -28,6 +31,7 @@ from wucht.results.quantities import Quantity, StudyResult, dataset_from_quantit
 from wucht.results.starting_text import add_starting_line
 from wucht.studies.bearing_variables import life_quantities, load_quantities
 from wucht.studies.motion_variables import envelopes, motion_quantities
+from wucht.studies.run_up.chance import ONE_OF_MANY, with_neighbour
 from wucht.studies.run_up.combined_runs import gather_runs, join_models
 from wucht.studies.run_up.computation import Findings, Plan
 from wucht.studies.run_up.system_run import SystemRunFindings, SystemRunPlan
@@ -79,10 +83,18 @@ def dataset(plan: Plan | SystemRunPlan, findings: Findings | SystemRunFindings) 
     assert isinstance(plan, Plan)
     hanging = [is_hanging_start(case.run.machine, case.start) for case in plan.cases]
     runs = [
-        join_models(motions, [_motion_result(m, plan.spec.deck, hangs) for m in motions])
-        for motions, hangs in zip(findings.motions, hanging, strict=False)
+        _run_result(motions, neighbour, plan.spec.deck, hangs)
+        for hangs, (motions, neighbour) in zip(hanging, zip_longest(findings.motions, findings.neighbours), strict=False)
     ]
     return gather_runs(plan, runs, findings.finished_count) if plan.several else runs[0].to_dataset()
+
+
+def _run_result(motions: Sequence[Motion], neighbour: Neighbour | None, deck: float | None, hangs: bool) -> StudyResult:
+    """Return the result of one run, of all its models. neighbour: of the first one. hangs: it starts at rest, hanging."""
+    result = join_models(motions, [_motion_result(m, deck, hangs) for m in motions])
+    if neighbour is None:
+        return result
+    return with_neighbour(result, _motion_result(neighbour.motion, deck, hangs), neighbour.growth)
 
 
 def _motion_result(motion: Motion, deck: float | None, hangs: bool) -> StudyResult:
@@ -273,29 +285,46 @@ def report(result: xr.Dataset) -> list[str]:
         return _case_lines(result, s)
     speed, length = formats(result, s["amplitude_unit"])
     lines, time = ReportLines(result), "" if result.wucht.dimensionless else " s"
+    chance = s.get(ONE_OF_MANY, {})
+
+    def mark(*keys: str) -> str:
+        return " (one of many)" if any(key in chance for key in keys) else ""
+
     is_modulated = s["modulation_period"] is not None
     free = " of {free_speed} without vibration" if s["free_speed"] else ""  # nothing drives a rotor that vibration sustains
-    lines.add("speed", "{final_speed}" + free + (", modulated, between {min_speed} and {max_speed}" if is_modulated else ""))
+    lines.add(
+        "speed",
+        "{final_speed}"
+        + free
+        + (", modulated, between {min_speed} and {max_speed}" if is_modulated else "")
+        + mark("final_speed", *(("min_speed", "max_speed") if is_modulated else ())),
+    )
     if len(s.get("mean_speeds", ())) > 1:
         lines.add("mean speeds", "{speeds}", speeds=", ".join(f"{n} {speed(w)}" for n, w in s["mean_speeds"].items()))
     if "rotor_phases" in s:
-        lines.add("phase", "{phases}", phases=_angles(s["rotor_phases"]))
+        lines.add("phase", "{phases}" + mark("rotor_phases"), phases=_angles(s["rotor_phases"]))
     add_starting_line(lines, s)
     if s["natural_frequencies"]:
         lines.add("resonance", "{natural_frequencies}")
-    lines.add("amplitude", "{final_amplitude} at the end, {peak_amplitude} at most")
+    lines.add(
+        "amplitude",
+        f"{{final_amplitude}} at the end{mark('final_amplitude')}, {{peak_amplitude}} at most{mark('peak_amplitude')}",
+    )
     _vibration(lines, s)
     _bearings(lines, s)
     if s["final_phases"]:
-        lines.add("phases", "{phases}", phases=_angles(s["final_phases"]))
+        lines.add("phases", "{phases}" + mark("final_phases"), phases=_angles(s["final_phases"]))
         remains = ": more than without bodies" if "unbalance_factor" in s else " remains"
-        lines.add("unbalance", f"{{final_residual_unbalance:%}} of the rotor's{remains}")
+        lines.add("unbalance", f"{{final_residual_unbalance:%}} of the rotor's{remains}{mark('final_residual_unbalance')}")
     if s["settling_time"] is not None:
-        lines.add("settled at", _settling_text(s, time))
+        lines.add("settled at", _settling_text(s, time) + mark("settling_time", "amplitude_settling_time"))
     if is_modulated:
         turns = s["modulation_period_phi"] / (2 * math.pi)
         depth = ", +-{modulation_depth:.2g%} of the speed averaged over turns" if s["modulation_depth"] is not None else ""
-        lines.add("modulation", f"period {{modulation_period:.5g}}, {turns:.4g} turns{depth}")
+        lines.add(
+            "modulation",
+            f"period {{modulation_period:.5g}}, {turns:.4g} turns{depth}{mark('modulation_period', 'modulation_depth')}",
+        )
     if s["dimensionless"] and not result.wucht.dimensionless:
         lines.add("in numbers", ", ".join(f"{name} {value:.4g}" for name, value in s["dimensionless"].items()))
     _contacts(lines, s)
