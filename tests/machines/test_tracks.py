@@ -13,7 +13,7 @@ from wucht.machines.tracks import angular_width
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.studies.run_up.computation import prepare
-from wucht.studies.run_up.dataset import report
+from wucht.studies.run_up.report import report
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 

@@ -15,7 +15,7 @@ from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.numerics.observers.turns import Samples
-from wucht.studies.run_up.dataset import report
+from wucht.studies.run_up.report import report
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wucht.files.building import machine_from
-from wucht.studies.run_up.dataset import report
+from wucht.studies.run_up.report import report
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 

@@ -20,8 +20,9 @@ from wucht.dynamics.work import Work
 from wucht.results.quantities import Quantity, StudyResult
 from wucht.studies.run_up import combined_runs, computation, dataset
 from wucht.studies.run_up.computation import _machine_plan, numbers
-from wucht.studies.run_up.dataset import _bearing_forces, _bearings, _MotionLimits, _observe_limits, _sampling_warnings
+from wucht.studies.run_up.dataset import _MotionLimits, _observe_limits, _sampling_warnings
 from wucht.studies.run_up.figure import _limits, _orbit, mean_phase
+from wucht.studies.run_up.report import _bearing_forces, _bearings
 from wucht.studies.run_up.spec import RunUp
 
 TIME = np.linspace(0.0, 10.0, 11)
@@ -47,7 +48,7 @@ def ended(
     numbers_of_verdict = {
         "evidence": SimpleNamespace(turning=True, resonance=7.0), "modulation": None, "window": (8.0, 10.0), "amplitudes": None,
         "speed": 5.0, "phases": {}, "residual": 0.5, "settling_time": 3.0, "amplitude_settling_time": 4.0, "advice": None,
-        "needed_time": None, "locking": None, "rotors": {}, "outcome": Outcome.PASSED,
+        "needed_time": None, "unbalance_factor": None, "locking": None, "rotors": {}, "outcome": Outcome.PASSED,
     }  # fmt: skip
     some: Any = SimpleNamespace(**numbers_of_verdict | verdict)
     motion: Any = SimpleNamespace(
