@@ -110,6 +110,15 @@ def swinging_between(least, greatest):
     return lambda t: W * t + 2 * np.arccos((middle + height * np.sin(2 * np.pi * t / 8)) / 2)
 
 
+def knocking(seed, residual, scatter):
+    """A ball that moves irregularly about its place, at up to half the rotor's speed: a residual unbalance and its scatter."""
+    rng = np.random.default_rng(seed)
+    rates, phases, sizes = rng.uniform(0.02, 0.5, 40), rng.uniform(0, 2 * np.pi, 40), rng.normal(size=40)
+    sizes *= scatter / np.sqrt(np.sum(sizes**2) / 2)
+    waves = list(zip(rates, phases, sizes, strict=True))
+    return lambda t: W * t + 2 * np.arccos((residual + sum(a * np.sin(W * r * t + p) for r, p, a in waves)) / 2)
+
+
 def just_over(time):
     """A time that is rounded up to three digits."""
     return pytest.approx(1.005 * time, rel=0.0051)

@@ -5,7 +5,17 @@ import math
 import numpy as np
 import pytest
 
-from wucht.numerics.observers.projection import AHEAD, SHARE, WINDOWS, Course, project, project_signals, trend, windows_of
+from wucht.numerics.observers.projection import (
+    AHEAD,
+    SHARE,
+    WINDOWS,
+    Course,
+    project,
+    project_signals,
+    scatters,
+    trend,
+    windows_of,
+)
 
 LIMIT = 7.0
 
@@ -209,3 +219,21 @@ def test_many_at_once_are_as_each_alone(rounding):
     alone = np.array([project(m, 20.0, rounding).bounds for m in means.T]).T
     np.testing.assert_allclose(project_signals(means, 20.0, rounding).bounds, alone, rtol=1e-14)
     assert {project(m, 20.0, rounding).course for m in means.T} == set(Course)
+
+
+def test_what_fluctuates_by_chance_scatters_and_what_takes_a_course_does_not():
+    """Random numbers; the same with a course of eight times their scatter; an oscillation that grows or decays."""
+    time, half = np.arange(1600) / 1600, slice(800, None)
+    for seed in range(20):
+        noise = np.random.default_rng(seed).normal(size=1600)
+        of_blocks = noise[half].reshape(20, -1).max(axis=1).std()
+        assert scatters(noise)
+        assert not scatters(noise + 16 * of_blocks * time)
+        assert not scatters(noise - 16 * of_blocks * time)
+    for cycles in (3.0, 7.5, 20.0, 33.3, 80.0, 160.0):
+        for growth in (-1.5, -0.3, 0.3, 1.5):
+            assert not scatters(np.exp(growth * time) * (1 + 0.6 * np.sin(2 * np.pi * cycles * time)))
+
+
+def test_a_few_samples_do_not_tell():
+    assert not scatters(np.random.default_rng(0).normal(size=159))

@@ -11,7 +11,7 @@ import numpy as np
 
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import LAG_TOLERANCE
-from wucht.numerics.observers.projection import Course, Projection, project, trend, windows_of
+from wucht.numerics.observers.projection import Course, Projection, project, scatters, trend, windows_of
 from wucht.numerics.observers.records import Blocks
 from wucht.numerics.observers.turns import MARKS_PER_TURN
 
@@ -44,7 +44,8 @@ def lag_of(whole: Blocks, i: int, speed: float, ahead: float, borders: np.ndarra
     place = project(windows_of(slip).mean(axis=1), ahead, max(_AT_REST, noise.angle))
     half = slip[len(slip) // 2 :]
     if _librates(half) and place.width < 2 * math.pi:
-        return Lag(0.0, 0.0, 0.0, Course.STATIONARY, growing=bool(grows(half)))
+        growing = bool(grows(half)) and not scatters(np.abs(slip - half.mean()))
+        return Lag(0.0, 0.0, 0.0, Course.STATIONARY, growing=growing)
     rounding = noise.speed
     if borders is not None:
         means = np.diff(np.interp(borders, whole.time, slip)) / np.diff(borders) / speed

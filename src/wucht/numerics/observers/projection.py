@@ -21,6 +21,7 @@ _LONGEST_DECAY = 20 / 3  # windows, of which five exist: a slower fall by the fa
 _MOSTLY = 0.8  # of all pairs of windows
 _FARTHEST = 1e300
 _FALLS = 1e-3  # of a number, from the first to the last window: less is no fall
+_BLOCKS, _RANDOM = (10, 20, 40, 80), 0.7  # in the last windows; von Neumann's ratio, on average 2 of random numbers
 
 
 class Course(Enum):
@@ -171,6 +172,27 @@ def falling_projection(
         return p
     fall = math.log(means[0] / means[-1]) / (len(means) - 1)
     return replace(p, low=min(p.low, p.last * math.exp(-fall * ahead)), course=Course.APPROACHING, windows=1 / fall)
+
+
+def scatters(signal: np.ndarray) -> bool:
+    """True if a signal (N,) fluctuates irregularly in its last windows, and changes no more than its scatter explains.
+
+    The largest values of successive blocks differ about as much as any two of them (J. von Neumann, Annals of Mathematical
+    Statistics 12 (1941) 367-395). Blocks of several lengths: an oscillation is smooth over those that are short beside its
+    period, its growth or decay over longer ones. False where there are too few samples to tell.
+    """
+    last = windows_of(signal).reshape(-1)
+    return len(last) >= _BLOCKS[-1] and all(
+        (np.diff(x) ** 2).sum() >= _RANDOM * ((x - x.mean()) ** 2).sum()
+        for x in (last[len(last) % count :].reshape(count, -1).max(axis=1) for count in _BLOCKS)
+    )
+
+
+def stationary_projection(means: np.ndarray, wider: float = 0.25) -> Projection:
+    """Return the projection of a number that stays within its range, as ``project_signals`` does of one that oscillates."""
+    low, high = float(means.min()), float(means.max())
+    margin = wider * (high - low)
+    return Projection(float(means[-1]), low - margin, high + margin, Course.STATIONARY)
 
 
 def windows_of(signal: np.ndarray, count: int = WINDOWS, share: float = SHARE) -> np.ndarray:
