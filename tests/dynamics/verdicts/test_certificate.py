@@ -193,3 +193,22 @@ def test_bands_of_ten_seeds_near_one_half_hold() -> None:
         bands.append(wucht.run(question, machine(0.0155)).wucht.summary["probability"][0])
     assert sum(band["low"] <= 0.559 <= band["high"] for band in bands) >= 8
     assert all(band["not_identified"] <= 0.05 for band in bands)
+
+
+@pytest.mark.parametrize(("mass", "apart"), [(0.0999, 0.0), (0.10001, 0.02828), (0.05, 0.0)])
+@pytest.mark.parametrize("damping", [2e-3, 2e-4])
+def test_bodies_that_stay_together_or_nearly_have_an_outcome(mass: float, apart: float, damping: float) -> None:
+    """Pendulums that cannot quite compensate the unbalance 0.02 kg m stand together, by symmetry; others by the closed form
+    2 arccos(U / (2 m r)) apart, less than what counts as together. Weakly damped ones swing about their places first."""
+    pendulums = [
+        {"kind": "pendulum", "name": n, "about": "r", "mass": mass, "length": 0.1, "damping": damping} for n in ("p1", "p2")
+    ]
+    rotor = {"kind": "rotor", "name": "r", "mass": 5.0, "unbalance": 0.02, "inertia": 0.1, "bearing_damping": 1e-3}
+    carrier = {"mass": 10.0, "stiffness": [5e3, 6e3], "damping": 200.0}
+    drive = {"kind": "linear", "slope": 0.5, "no_load_speed": 100.0}
+    of = machine_from({"carrier": carrier, "bodies": [rotor, *pendulums], "drive": drive})
+    placed = {"r": {"speed": 98.0}, "p1": {"angle": 3.0, "speed": 98.0}, "p2": {"angle": 3.3, "speed": 98.0}}
+    motion = run_to_end(of, placed, RunSettings(until=300.0))
+    first, second = (motion.machine_motion.end_state[list(of.state_names).index(f"{p}.angle")] for p in ("p1", "p2"))
+    assert abs(second - first) == pytest.approx(apart, abs=1e-2)
+    assert motion.verdict.outcome in (Outcome.COMPENSATED, Outcome.PASSED) and motion.verdict.growth_rate is None

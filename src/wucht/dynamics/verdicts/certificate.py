@@ -10,6 +10,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -29,6 +30,7 @@ _GROWS = 0.02  # logarithm over the time that is followed: less is what its smoo
 _NEARLY, _FURTHER = -0.5, 3.0  # logarithm of a growth that a remaining transient may hide: it is followed so many times longer
 _TURNS = 20  # that are followed of a steady motion, at least
 _CYCLES, _IRREGULAR_CYCLES = 10, 30  # of a modulation
+_NO_PLACE = 1e-5  # rad: bodies that are nearer are not at places of their own
 TOLERANCE = 1e-9  # of the integration: a coarser one shows in the differences
 _LONGER = 2.5  # times the run, at least: as of any run that is too short
 _FINAL = (
@@ -103,15 +105,19 @@ def parting_pair(machine: Machine, end: MotionEnd, duration: float) -> tuple[Lik
         compiled_system = end.equations()
         if compiled_system.tolerance > TOLERANCE:
             compiled_system = compile_system(end.system, TOLERANCE)
+        growth_on_motion = partial(transverse_growth, compiled_system, end.parameter_values, end.state, parts=pair.states)
         for time in (duration, _FURTHER * duration):
             span = end.time, end.time + time
-            growth = transverse_growth(compiled_system, end.parameter_values, end.state, span, pair.states)
+            growth = growth_on_motion(span)
             if growth is None or not _NEARLY < growth.logarithm <= _GROWS:
                 break
         if growth is None:
             continue
         if growth.logarithm > _GROWS:
-            return pair, growth.rate
+            # Bodies that are apart by little may leave the motion as one only as far as that: there they stay.
+            apart = None if abs(float(pair.difference(end.state))) <= _NO_PLACE else growth_on_motion(span, as_one=False)
+            if apart is None or apart.logarithm > _GROWS:
+                return pair, growth.rate
         clusters.append({name for p in pairs if pair.names[0] in p.names for name in p.names})
     return None
 
