@@ -36,7 +36,7 @@ class TransverseGrowth:
     Attributes
     ----------
     logarithm : float
-        Of its growth over the duration: at its mean rate, or by the largest multiplier, whichever is less.
+        Of its growth over the duration, at its mean rate; of a motion that repeats itself, of the largest multiplier.
     duration : float
     """
 
@@ -56,6 +56,7 @@ def transverse_growth(
     span: tuple[float, float],
     parts: tuple[np.ndarray, np.ndarray],
     *,
+    repeats: bool = False,
     as_one: bool = True,
 ) -> TransverseGrowth | None:
     """Compute the growth of the difference between two parts of a system that move together, on the motion as one beside it.
@@ -72,6 +73,9 @@ def transverse_growth(
         The begin and the end of the time; of a motion that repeats, a whole number of its periods.
     parts : (ndarray of int, ndarray of int), (k,) each
         The places of the states of each part, in the same order.
+    repeats : bool
+        True: the motion repeats itself exactly after this time, or is at rest. Then the growth has no transients, as of the
+        speed of a weakly damped part that is displaced.
     as_one : bool
         False: of changes of their difference, on the motion from the state as it is.
 
@@ -89,7 +93,7 @@ def transverse_growth(
         return None
     shorter, (first, second) = (begin, (begin + end) / 2), (changes[:, rows] for rows in parts)
     if np.abs([first[-1], second[-1]]).max() > _LARGEST:
-        return transverse_growth(compiled_system, parameter_values, state, shorter, parts, as_one=as_one)
+        return transverse_growth(compiled_system, parameter_values, state, shorter, parts, repeats=repeats, as_one=as_one)
     maps = (first - second) / (2 * _DISPLACEMENT)
     with np.errstate(divide="ignore"):
         logarithms = np.log(np.linalg.norm(maps, ord=2, axis=(1, 2)))
@@ -101,12 +105,11 @@ def transverse_growth(
         if logarithms[-1] < _STRONG:
             return None
         # Parts that are nearly alike may part within the time.
-        return transverse_growth(compiled_system, parameter_values, state, shorter, parts, as_one=as_one)
+        return transverse_growth(compiled_system, parameter_values, state, shorter, parts, repeats=repeats, as_one=as_one)
+    if repeats:
+        return TransverseGrowth(multiplier, float(end - begin))
     weights = smooth_weights(len(times) - 1)
-    mean = float(np.average(np.diff(logarithms), weights=weights)) * (len(times) - 1)
-    # The mean has transients, as of a difference in speed that a change of the angle makes first; the multiplier the error of
-    # the period. What grows for good grows by both.
-    return TransverseGrowth(min(mean, multiplier), float(end - begin))
+    return TransverseGrowth(float(np.average(np.diff(logarithms), weights=weights)) * (len(times) - 1), float(end - begin))
 
 
 def _even_state(system: System, state: np.ndarray, parts: tuple[np.ndarray, np.ndarray]) -> np.ndarray:

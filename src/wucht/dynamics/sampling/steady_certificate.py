@@ -63,7 +63,7 @@ def parting_members(
         member, speed = members[i], float(speeds[i])
         equations, values = partial(compile_system, system, TOLERANCE), parameter_values[index[member]]
         end = MotionEnd(system, equations, values, states[member], float(times[member]))
-        is_left[k] = bool(speed) and parting_pair(machine, end, steady_time(speed)) is not None
+        is_left[k] = bool(speed) and parting_pair(machine, end, steady_time(speed), is_steady=True) is not None
     return np.asarray(members[is_left[state_of.reshape(-1)]])
 
 

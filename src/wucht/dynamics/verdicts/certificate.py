@@ -30,13 +30,14 @@ _GROWS = 0.02  # logarithm over the time that is followed: less is what its smoo
 _NEARLY, _FURTHER = -0.5, 3.0  # logarithm of a growth that a remaining transient may hide: it is followed so many times longer
 _TURNS = 20  # that are followed of a steady motion, at least
 _CYCLES, _IRREGULAR_CYCLES = 10, 30  # of a modulation
-_NO_PLACE = 1e-5  # rad: bodies that are nearer are not at places of their own
+_NO_PLACE = 1e-5  # rad: bodies that are nearer to each other are not at places of their own
 TOLERANCE = 1e-9  # of the integration: a coarser one shows in the differences
 _LONGER = 2.5  # times the run, at least: as of any run that is too short
 _FINAL = (
     Outcome.COMPENSATED, Outcome.PASSED, Outcome.CAPTURED, Outcome.CAPTURED_MODULATED, Outcome.BALANCER_CAPTURED,
     Outcome.ENTRAINED, Outcome.NOT_ENTRAINED, Outcome.SYNCHRONISED, Outcome.NOT_SYNCHRONISED,
 )  # fmt: skip
+_STEADY = (Outcome.COMPENSATED, Outcome.PASSED, Outcome.CAPTURED, Outcome.ENTRAINED, Outcome.SYNCHRONISED)
 _ROUNDING = float(np.finfo(float).eps)
 
 
@@ -94,9 +95,10 @@ class MotionEnd:
     time: float
 
 
-def parting_pair(machine: Machine, end: MotionEnd, duration: float) -> tuple[LikePair, float] | None:
+def parting_pair(machine: Machine, end: MotionEnd, duration: float, *, is_steady: bool) -> tuple[LikePair, float] | None:
     """Return a pair of like bodies that move together at the end of a motion and leave each other, and the rate at which their
-    difference grows; None if there is none. duration: the time over which it is followed, whole periods of the motion."""
+    difference grows; None if there is none. duration: the time over which it is followed, whole periods of the motion;
+    is_steady: exactly so."""
     pairs = [p for p in like_pairs(machine, end.system.state_names) if abs(float(p.difference(end.state))) <= TOGETHER]
     clusters = list[set[str]]()
     for pair in pairs:
@@ -105,7 +107,9 @@ def parting_pair(machine: Machine, end: MotionEnd, duration: float) -> tuple[Lik
         compiled_system = end.equations()
         if compiled_system.tolerance > TOLERANCE:
             compiled_system = compile_system(end.system, TOLERANCE)
-        growth_on_motion = partial(transverse_growth, compiled_system, end.parameter_values, end.state, parts=pair.states)
+        growth_on_motion = partial(
+            transverse_growth, compiled_system, end.parameter_values, end.state, parts=pair.states, repeats=is_steady
+        )
         for time in (duration, _FURTHER * duration):
             span = end.time, end.time + time
             growth = growth_on_motion(span)
@@ -126,7 +130,8 @@ def certified_verdict(machine: Machine, verdict: Verdict, end: MotionEnd) -> Ver
     """Return a verdict on the motion of a machine; left open where like bodies that are together at its end part."""
     if verdict.outcome not in _FINAL or not verdict.speed:
         return verdict
-    parting = parting_pair(machine, end, _followed_time(verdict))
+    is_steady = verdict.outcome in _STEADY and verdict.modulation is None
+    parting = parting_pair(machine, end, _followed_time(verdict), is_steady=is_steady)
     return verdict if parting is None else _left_open(machine, verdict, *parting, end)
 
 
