@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import Any
 
@@ -55,6 +56,17 @@ def test_what_is_not_marked_agrees_between_tolerances_and_what_does_not_is_marke
 def test_a_run_without_growth_has_no_marks() -> None:
     summary = wucht.run_file("drozdetskaya-2020/r1").wucht.summary
     assert ONE_OF_MANY not in summary
+
+
+def test_each_line_with_a_number_that_is_chance_is_marked() -> None:
+    run = wucht.run_file("practice/screen")
+    lines = {"stroke": "stroke", "throw_ratio": "stroke", "acceleration": "acceleration", "machine_number": "acceleration",
+             "bearing_force": "force", "steady_bearing_forces": "bearings", "mean_speeds": "mean speeds", "rotor_phases": "phase"}  # fmt: skip
+    for key, line in lines.items():
+        summary = run.wucht.summary | {ONE_OF_MANY: {key: run.wucht.summary[key]}}
+        report = wucht.report(run.assign_attrs(summary=json.dumps(summary)))
+        [marked] = [text.strip() for text in report if "(one of many)" in text]
+        assert marked.startswith(f"{line} ")
 
 
 @pytest.mark.slow
