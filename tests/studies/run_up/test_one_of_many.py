@@ -89,6 +89,8 @@ def test_another_outcome_is_chance_and_an_open_one_says_nothing() -> None:
     assert passed.summary[ONE_OF_MANY] == {"outcome": "passed"} and passed.warnings[0].startswith("the outcome is chance")
     open_one = with_neighbour(result(settling_time=5.0), result(outcome="unidentified", settling_time=None), 1e4)
     assert ONE_OF_MANY not in open_one.summary
+    own_open = with_neighbour(result(outcome="unidentified", speed=5.0), result(outcome="passed", speed=6.0), 1e4)
+    assert own_open.summary[ONE_OF_MANY] == {"speed": 6.0} and "1e-6 rad away ends as passed; the run" in own_open.warnings[0]
 
 
 @pytest.mark.parametrize(
