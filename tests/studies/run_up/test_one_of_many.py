@@ -60,8 +60,10 @@ def test_a_run_without_growth_has_no_marks() -> None:
 
 def test_each_line_with_a_number_that_is_chance_is_marked() -> None:
     run = wucht.run_file("practice/screen")
-    lines = {"stroke": "stroke", "throw_ratio": "stroke", "acceleration": "acceleration", "machine_number": "acceleration",
-             "bearing_force": "force", "steady_bearing_forces": "bearings", "mean_speeds": "mean speeds", "rotor_phases": "phase"}  # fmt: skip
+    lines = {
+        "stroke": "stroke", "throw_ratio": "stroke", "acceleration": "acceleration", "machine_number": "acceleration",
+        "bearing_force": "force", "steady_bearing_forces": "bearings", "mean_speeds": "mean speeds", "rotor_phases": "phase",
+    }  # fmt: skip
     for key, line in lines.items():
         summary = run.wucht.summary | {ONE_OF_MANY: {key: run.wucht.summary[key]}}
         report = wucht.report(run.assign_attrs(summary=json.dumps(summary)))
