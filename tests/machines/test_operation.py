@@ -27,6 +27,8 @@ from wucht.machines.operation import (
     shaft_torques,
 )
 from wucht.machines.structure import SPEED
+from wucht.studies.runner import run
+from wucht.studies.synchronous_states.spec import SynchronousStates
 
 ROTOR = {"kind": "rotor", "mass": 2.0, "eccentricity": 0.1, "inertia": 0.03}
 CARRIER = {"mass": 10.0, "stiffness": 1e4, "damping": 10.0}
@@ -191,6 +193,17 @@ def test_a_machine_at_a_speed_has_the_last_values_and_nothing_locked():
     turned = machine_at_speed(machine, -33.0)
     assert free_speed(turned, turned.rotor) == -33.0
     assert [b.coordinate.prescribed_velocity is None for b in turned.bodies] == [False, True]
+
+
+def test_a_prescribed_speed_with_a_schedule_is_steady_at_the_end_of_that():
+    drive = {"on": "r0", "kind": "constant-speed", "speed": 50.0}
+    schedule = {"parameter": "drive.speed", "points": [[0, 0.0], [4, 90.0]]}
+    bodies = [ROTOR | {"name": "r0"}, BALL, BALL | {"name": "second"}]
+    machine = machine_from({"carrier": CARRIER, "bodies": bodies, "drive": drive, "schedules": [schedule]})
+    steady = machine_at_speed(machine, None)
+    assert free_speed(steady, steady.rotor) == pytest.approx(90.0)
+    summary = run(SynchronousStates(), machine).wucht.summary
+    assert summary["speed"] == pytest.approx(90.0) and summary["states"]
 
 
 @pytest.mark.parametrize("sense", [1, -1])

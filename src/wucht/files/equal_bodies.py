@@ -33,7 +33,9 @@ class EqualBodies(TableModel):
 
     count: int = Field(ge=1, le=100, description="number of equal bodies, named NAME1, NAME2 and so on")
     start: Annotated[Literal["even", "random"] | float, BeforeValidator(_read_start)] = Field(
-        default="even", description="position at the start: even, random, or an angle in rad from the body turned about"
+        default="even",
+        description="position at the start: even, random, or an angle in rad from the body turned about; without it, bodies "
+        "hang where gravity acts and the study has no start",
     )
     seed: int | None = Field(default=None, ge=0, description="seed of the random positions")
 

@@ -18,6 +18,7 @@ from wucht.machines.tree import RotatingBody
 from wucht.mechanics.energies import Energies
 from wucht.numerics.flow.program import number_function
 from wucht.numerics.zeros_and_peaks import first_where
+from wucht.system import TIME
 
 MechanismT = TypeVar("MechanismT", bound=Mechanism)
 _FASTEST = 1e9  # rad/s: a drive whose net torque is still positive there has no equilibrium
@@ -213,11 +214,14 @@ def fastest_operating_speed(machine: Mechanism) -> float:
 
 def machine_at_speed(machine: MechanismT, speed: float | None) -> MechanismT:
     """Return the machine with its schedules finished, all bodies released, and the main rotor at a given speed (signed)."""
-    steady = machine.at(machine.breakpoints[-1]).with_fields(schedules=())
+    end = machine.breakpoints[-1]
+    steady = machine.at(end).with_fields(schedules=())
     bodies = [replace(b, release=None) for b in steady.bodies]
+    prescribed = {b.name: b.coordinate.prescribed_velocity for b in bodies}
+    speeds = {name: None if w is None else w.xreplace({TIME: sp.Float(end)}) for name, w in prescribed.items()}
     if speed is not None:
-        main = next(i for i, b in enumerate(bodies) if b.name == machine.rotor.name)
-        bodies[main] = replace(bodies[main], coordinate=replace(bodies[main].coordinate, prescribed_velocity=sp.Float(speed)))
+        speeds[machine.rotor.name] = sp.Float(speed)
+    bodies = [replace(b, coordinate=replace(b.coordinate, prescribed_velocity=speeds[b.name])) for b in bodies]
     return steady.with_fields(bodies=tuple(bodies))
 
 

@@ -360,8 +360,8 @@ def _reaching_warnings(plan: Plan, end: FromRest | None) -> list[str]:
     if end is None or all(answers := _answers(plan, end)):
         return []
     labels = [one.label for one in plan.runs]
-    subject = "the operating state at the start is" if len(labels) == 1 else "of the operating states at the start"
-    return [f"{subject} {end.sentence(answers, labels)}"]
+    subject = "operating state at the start" if len(labels) == 1 else "operating states at the start"
+    return [f"{subject}: {end.sentence(answers, labels)}"]
 
 
 @dataclass(frozen=True)

@@ -130,7 +130,8 @@ def test_where_the_run_decides_nothing_that_is_said() -> None:
     coasting = run(CoastDown(until=0.1), off)
     assert coasting.wucht.summary["reached_from_rest"] is None
     (words,) = [w for w in coasting.wucht.warnings if "from rest" in w]
-    assert words.endswith("reached from rest is not known: the schedules switch the drive off again")
+    what = "operating state at the start: whether it is reached from rest is not known"
+    assert words == f"{what}: the schedules switch the drive off again"
     assert run(CoastDown(until=0.1), machine).wucht.summary["reached_from_rest"] is True
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import Any
 
@@ -57,6 +58,19 @@ def test_a_run_without_growth_has_no_marks() -> None:
     assert ONE_OF_MANY not in summary
 
 
+def test_each_line_with_a_number_that_is_chance_is_marked() -> None:
+    run = wucht.run_file("practice/screen")
+    lines = {
+        "stroke": "stroke", "throw_ratio": "stroke", "acceleration": "acceleration", "machine_number": "acceleration",
+        "bearing_force": "force", "steady_bearing_forces": "bearings", "mean_speeds": "mean speeds", "rotor_phases": "phase",
+    }  # fmt: skip
+    for key, line in lines.items():
+        summary = run.wucht.summary | {ONE_OF_MANY: {key: run.wucht.summary[key]}}
+        report = wucht.report(run.assign_attrs(summary=json.dumps(summary)))
+        [marked] = [text.strip() for text in report if "(one of many)" in text]
+        assert marked.startswith(f"{line} ")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["practice/laboratory-centrifuge", "practice/grinder-10-balls"])
 def test_balls_that_tumble_through_the_resonance(name: str) -> None:
@@ -77,6 +91,8 @@ def test_another_outcome_is_chance_and_an_open_one_says_nothing() -> None:
     assert passed.summary[ONE_OF_MANY] == {"outcome": "passed"} and passed.warnings[0].startswith("the outcome is chance")
     open_one = with_neighbour(result(settling_time=5.0), result(outcome="unidentified", settling_time=None), 1e4)
     assert ONE_OF_MANY not in open_one.summary
+    own_open = with_neighbour(result(outcome="unidentified", speed=5.0), result(outcome="passed", speed=6.0), 1e4)
+    assert own_open.summary[ONE_OF_MANY] == {"speed": 6.0} and "1e-6 rad away ends as passed; the run" in own_open.warnings[0]
 
 
 @pytest.mark.parametrize(

@@ -48,6 +48,8 @@ def with_neighbour(run_result: StudyResult, neighbour: StudyResult, growth: floa
     )
     if "outcome" in {q.name for q in differing}:
         warning = f"the outcome is chance: a start {_START} away ends as {outcomes[1]}; {warning}"
+    elif outcomes[0] in OPEN_OUTCOMES and outcomes[1] not in OPEN_OUTCOMES:
+        warning = f"a start {_START} away ends as {outcomes[1]}; {warning}"
     draw = group(ONE_OF_MANY, differing, f"numbers that are chance, from a start {_START} away")
     return replace(run_result, quantities=[*run_result.quantities, draw], warnings=[*run_result.warnings, warning])
 

@@ -12,6 +12,8 @@ from wucht.studies.run_up.chance import ONE_OF_MANY
 from wucht.studies.run_up.system_run_result import system_run_report
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import xarray as xr
 
 _SLOW = "  averaged equations"
@@ -41,7 +43,8 @@ def report(result: xr.Dataset) -> list[str]:
         + mark("final_speed", *(("min_speed", "max_speed") if is_modulated else ())),
     )
     if len(s.get("mean_speeds", ())) > 1:
-        lines.add("mean speeds", "{speeds}", speeds=", ".join(f"{n} {speed(w)}" for n, w in s["mean_speeds"].items()))
+        speeds = ", ".join(f"{n} {speed(w)}" for n, w in s["mean_speeds"].items())
+        lines.add("mean speeds", "{speeds}" + mark("mean_speeds"), speeds=speeds)
     if "rotor_phases" in s:
         lines.add("phase", "{phases}" + mark("rotor_phases"), phases=_angles(s["rotor_phases"]))
     add_starting_line(lines, s)
@@ -51,8 +54,8 @@ def report(result: xr.Dataset) -> list[str]:
         "amplitude",
         f"{{final_amplitude}} at the end{mark('final_amplitude')}, {{peak_amplitude}} at most{mark('peak_amplitude')}",
     )
-    _vibration(lines, s)
-    _bearings(lines, s)
+    _vibration(lines, s, mark)
+    _bearings(lines, s, mark)
     if s["final_phases"]:
         lines.add("phases", "{phases}" + mark("final_phases"), phases=_angles(s["final_phases"]))
         remains = ": more than without bodies" if "unbalance_factor" in s else " remains"
@@ -68,7 +71,7 @@ def report(result: xr.Dataset) -> list[str]:
         )
     if s["dimensionless"] and not result.wucht.dimensionless:
         lines.add("in numbers", ", ".join(f"{name} {value:.4g}" for name, value in s["dimensionless"].items()))
-    _contacts(lines, s)
+    _contacts(lines, s, mark)
     lines.add("energy", "balance closed to {energy_residual:.1e}")
     if "slow" in s:
         lines.add("slow", f"{s['slow']['outcome']}, {_end(s['slow'], speed, length)}")
@@ -88,7 +91,7 @@ _MOST_ROTORS = 6  # named one by one
 _GENTLE = 0.05  # machine number below which the vibration is negligible
 
 
-def _vibration(lines: ReportLines, s: dict[str, Any]) -> None:
+def _vibration(lines: ReportLines, s: dict[str, Any], mark: Callable[..., str]) -> None:
     """Add lines on the vibration at the end: the load on the machine, and on the goods that it carries."""
     if s.get("stroke") is None or (s["machine_number"] < _GENTLE and "deck" not in s):
         return
@@ -97,18 +100,21 @@ def _vibration(lines: ReportLines, s: dict[str, Any]) -> None:
     way = "" if s["throw_direction"] is None else f" at {math.degrees(s['throw_direction']):.1f}\u00b0"
     shape = f"{way}, {across} across" if ratio < _CIRCLE else " on a circle"
     throw_text = f"; throw number {{throw_number:.3g}} of a deck at {math.degrees(s['deck']):.3g}\u00b0" if "deck" in s else ""
-    lines.add("stroke", f"{{stroke}} peak to peak{shape}")
-    lines.add("acceleration", f"{s['acceleration']:.4g} m/s\u00b2, machine number {{machine_number:.3g}}{throw_text}")
-    lines.add("force", f"{force_text(s['bearing_force'])} at most, of the bodies on the carrier")
+    lines.add("stroke", f"{{stroke}} peak to peak{shape}{mark('stroke', 'throw_direction', 'throw_ratio')}")
+    acceleration = f"{s['acceleration']:.4g} m/s\u00b2, machine number {{machine_number:.3g}}{throw_text}"
+    lines.add("acceleration", acceleration + mark("acceleration", "machine_number", "throw_number"))
+    lines.add("force", f"{force_text(s['bearing_force'])} at most, of the bodies on the carrier{mark('bearing_force')}")
 
 
-def _bearings(lines: ReportLines, s: dict[str, Any]) -> None:
+def _bearings(lines: ReportLines, s: dict[str, Any], mark: Callable[..., str]) -> None:
     """Add lines on the forces of several rotors, or of one whose bearing has a rating, and on the life of bearings."""
     life, forces = life_text(s), s.get("steady_bearing_forces", {})
     if forces and (life or (len(forces) > 1 and s.get("machine_number", 0.0) >= _GENTLE)):
-        lines.add("bearings", "{forces}", forces=_bearing_forces(forces, s["bearing_forces"], s["peak_bearing_forces"]))
+        text = _bearing_forces(forces, s["bearing_forces"], s["peak_bearing_forces"])
+        chance = mark("steady_bearing_forces", "bearing_forces", "peak_bearing_forces")
+        lines.add("bearings", "{forces}" + chance, forces=text)
     if life:
-        lines.add("bearing life", "{life}", life=life)
+        lines.add("bearing life", "{life}" + mark("bearing_life", "equivalent_bearing_loads"), life=life)
 
 
 def _bearing_forces(steady: dict[str, float], largest: dict[str, float], peak: dict[str, float]) -> str:
@@ -129,14 +135,14 @@ def _settling_text(s: dict[str, Any], time_unit: str) -> str:
     return f"{speed:.4g}{time_unit}; the amplitude at {amplitude:.4g}{time_unit}"
 
 
-def _contacts(lines: ReportLines, s: dict[str, Any]) -> None:
+def _contacts(lines: ReportLines, s: dict[str, Any], mark: Callable[..., str]) -> None:
     """Add lines on the contacts of balls, and how far these overlap at most."""
     for track, frequency in s.get("contact_frequencies", {}).items():
         angle, overlap = s["overlaps"].get(track), ""
         if angle is not None:
             length = lines.format_value(s["overlap_lengths"][track], "m")
             overlap = f"; bodies overlap by {length} at most, {math.degrees(angle):.2g}\u00b0" if angle else "; none has closed"
-        lines.add("contacts", f"of {frequency:.4g} rad/s{overlap}")
+        lines.add("contacts", f"of {frequency:.4g} rad/s{overlap}{mark('overlaps', 'overlap_lengths')}")
 
 
 def _angles(phases: dict[str, float]) -> str:
