@@ -7,13 +7,13 @@ overlap by less than u/omega_c.
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import TypeVar
 
-import numpy as np
 import sympy as sp
 
 from wucht.errors import InputError
@@ -67,6 +67,12 @@ def angular_width(a: TrackBody, b: TrackBody) -> float:
     return 2 * math.asin(min(half, 1.0))
 
 
+def side_by_side_angles(bodies: Sequence[TrackBody]) -> dict[str, float]:
+    """Return angles at which bodies of a track touch, in the given order, counter-clockwise from the first one at 0."""
+    widths = [angular_width(a, b) for a, b in pairwise(bodies)]
+    return {b.name: angle for b, angle in zip(bodies, accumulate(widths, initial=0.0), strict=True)}
+
+
 def _gap(track: Track, k: int, a: Coordinate, b: Coordinate) -> sp.Expr:
     """Return the angle between two neighbours, negative while they touch. k: the number of the first, counter-clockwise."""
     return b.position - a.position + track.symbol(f"offset_{k + 1}")
@@ -100,8 +106,7 @@ def _largest_sum(bodies: Sequence[TrackBody], moment: Mapping[str, float]) -> fl
     sums = []
     for k in range(len(order)):
         row = [*order[k:], *order[:k]]
-        places = np.cumsum([0.0, *(angular_width(a, b) for a, b in pairwise(row))])
-        sums.append(abs(np.exp(1j * places) @ [abs(moment[b.name]) for b in row]))
+        sums.append(abs(sum(abs(moment[n]) * cmath.exp(1j * angle) for n, angle in side_by_side_angles(row).items())))
     return float(max(sums))
 
 

@@ -106,10 +106,8 @@ def transverse_growth(
             return None
         # Parts that are nearly alike may part within the time.
         return transverse_growth(compiled_system, parameter_values, state, shorter, parts, repeats=repeats, as_one=as_one)
-    if repeats:
-        return TransverseGrowth(multiplier, float(end - begin))
-    weights = smooth_weights(len(times) - 1)
-    return TransverseGrowth(float(np.average(np.diff(logarithms), weights=weights)) * (len(times) - 1), float(end - begin))
+    mean = float(np.average(np.diff(logarithms), weights=smooth_weights(len(times) - 1))) * (len(times) - 1)
+    return TransverseGrowth(multiplier if repeats else mean, float(end - begin))
 
 
 def _even_state(system: System, state: np.ndarray, parts: tuple[np.ndarray, np.ndarray]) -> np.ndarray:

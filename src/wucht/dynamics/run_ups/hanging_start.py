@@ -5,7 +5,6 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Mapping, Sequence
-from itertools import accumulate, pairwise
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ import numpy as np
 from wucht.analysis.starting import gravity_of, is_locked, static_moment
 from wucht.machines.machine import Machine
 from wucht.machines.parts.track import TrackBody
-from wucht.machines.tracks import angular_width
+from wucht.machines.tracks import side_by_side_angles
 from wucht.numerics.angles import wrap_to_pi
 
 HANGING = "at rest, hanging"
@@ -86,9 +85,8 @@ def _given_angles(machine: Machine) -> dict[str, float]:
 
 def _side_by_side(machine: Machine, bodies: Sequence[TrackBody]) -> dict[str, float]:
     """The angles of bodies that touch on a track, from the direction of their common centre of mass."""
-    angles = list(accumulate((angular_width(a, b) for a, b in pairwise(bodies)), initial=0.0))
-    moments = [abs(static_moment(machine, machine.body(b.name))) for b in bodies]
-    common = sum(m * cmath.exp(1j * a) for m, a in zip(moments, angles, strict=True))
+    angles = side_by_side_angles(bodies)
+    common = sum(abs(static_moment(machine, machine.body(n))) * cmath.exp(1j * a) for n, a in angles.items())
     # A closed ring of equal bodies has no lowest place.
     middle = cmath.phase(common) % (2 * math.pi) if abs(common) > 0 else 0.0
-    return {b.name: a - middle for b, a in zip(bodies, angles, strict=True)}
+    return {name: angle - middle for name, angle in angles.items()}

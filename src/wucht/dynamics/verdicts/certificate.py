@@ -14,7 +14,7 @@ from functools import partial
 
 import numpy as np
 
-from wucht.dynamics.verdicts.judging import open_verdict
+from wucht.dynamics.verdicts.judging import LONGER, open_verdict
 from wucht.dynamics.verdicts.outcomes import LAG_TOLERANCE, Outcome
 from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.machines.machine import Machine
@@ -32,7 +32,6 @@ _TURNS = 20  # that are followed of a steady motion, at least
 _CYCLES, _IRREGULAR_CYCLES = 10, 30  # of a modulation
 _NO_PLACE = 1e-5  # rad: bodies that are nearer to each other are not at places of their own
 TOLERANCE = 1e-9  # of the integration: a coarser one shows in the differences
-_LONGER = 2.5  # times the run, at least: as of any run that is too short
 _FINAL = (
     Outcome.COMPENSATED, Outcome.PASSED, Outcome.CAPTURED, Outcome.CAPTURED_MODULATED, Outcome.BALANCER_CAPTURED,
     Outcome.ENTRAINED, Outcome.NOT_ENTRAINED, Outcome.SYNCHRONISED, Outcome.NOT_SYNCHRONISED,
@@ -163,4 +162,4 @@ def _left_open(machine: Machine, verdict: Verdict, pair: LikePair, rate: float, 
         )
     angles = np.abs(state[[first[pair.angle], second[pair.angle]]])
     size = max(abs(float(pair.difference(state))), _ROUNDING * max(1.0, float(angles.max())))
-    return open_verdict(machine, verdict, reason, max(_LONGER * end.time, end.time + math.log(1 / size) / rate))
+    return open_verdict(machine, verdict, reason, max(LONGER * end.time, end.time + math.log(1 / size) / rate))

@@ -354,16 +354,16 @@ def _residual_projection(whole: Blocks, ahead: float, noise: Noise) -> Projectio
     may continue to do so. Changes within the scatter of turns, as of balls that knock under gravity, are neither."""
     moving, sizes = _unrest(whole.last(WINDOWS * SHARE)) > UNREST, windows_of(whole.greatest_sum).max(axis=1)
     if scatters(whole.greatest_sum):
-        return _without_negative(_widened(stationary_projection(sizes), noise))
+        return _without_negative(_with_noise(stationary_projection(sizes), noise))
     p = falling_projection(sizes, ahead, noise.angle, even_if_approaching=moving)
     later = project(sizes[1:], ahead, noise.angle)
     begins_to_rise = p.course is Course.STATIONARY and later.course is Course.DRIFTING and later.high > p.high
     if begins_to_rise:
         return _without_negative(replace(later, low=p.low))
-    return _without_negative(_widened(p, noise) if p.course is Course.STATIONARY else p)
+    return _without_negative(_with_noise(p, noise) if p.course is Course.STATIONARY else p)
 
 
-def _widened(p: Projection, noise: Noise) -> Projection:
+def _with_noise(p: Projection, noise: Noise) -> Projection:
     """Widen the bounds of a residual unbalance that is at rest but for the noise of the integration."""
     low, high = noise.widen(np.array(p.bounds)).tolist()
     return replace(p, low=low, high=high)

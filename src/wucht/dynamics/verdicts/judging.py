@@ -68,7 +68,7 @@ def has_faster_branch(machine: Machine, assessment: RotorAssessment) -> bool:
     return bool(len(short) and (surplus[short[0] :] > small).any())
 
 
-_LONGER = 2.5  # times the run: at least, and if the time needed is unknown; so never three times what is needed
+LONGER = 2.5  # times the run: at least, and if the time needed is unknown; so never three times what is needed
 _VERY_MANY_TURNS = 40_000  # after which a fluctuation that neither falls nor drifts is treated as lasting
 _RUN_UPS, _DECAYS = 2.0, 12.0  # times the run-up, and times the slowest decay: transients are over then
 _FLOAT = 1e-9  # share that is rounding
@@ -142,7 +142,7 @@ def _locking_verdict(machine: Machine, observation: Observation, verdict: Verdic
     if locking is None:
         return verdict
     end, periods = observation.end_time, locking.evidence.periods
-    before = verdict.needed_time or _LONGER * end
+    before = verdict.needed_time or LONGER * end
     drifting = verdict.assessment is not None and verdict.assessment.drifting and not locking.evidence.is_locked
     verdict = replace(
         verdict,
@@ -161,7 +161,7 @@ def _locking_verdict(machine: Machine, observation: Observation, verdict: Verdic
     reason, needed_time = "the phases still move", before
     if periods < FEWEST_PERIODS:
         reason = f"fewer than {FEWEST_PERIODS} whole periods lie in the last half of the run"
-        needed_time = _LONGER * end
+        needed_time = LONGER * end
     return _undecided_verdict(machine, verdict, reason, needed_time)
 
 
@@ -256,7 +256,7 @@ def _advice(machine: Machine, end: float, assessment: RotorAssessment) -> tuple[
     """Return the reason why there is no verdict yet, and the time of one."""
     is_known = math.isfinite(assessment.extra_run_factor)
     reason = "the motion still approaches its final state" if is_known else "the motion is still transient"
-    until = max(_LONGER, 1 + assessment.extra_run_factor if is_known else 0.0) * end
+    until = max(LONGER, 1 + assessment.extra_run_factor if is_known else 0.0) * end
     speed = assessment.sense * assessment.speed
     # Before a resonance it is the vibration that decides how long a run-up takes.
     run_up = run_up_time(machine, speed) if assessment.evidence.is_beyond_resonance and runaway_limit(machine) is None else 0.0
@@ -273,11 +273,11 @@ def _swinging_verdict(machine: Machine, observation: Observation, free: float | 
     if verdict.outcome is not Outcome.UNIDENTIFIED:
         return replace(verdict, settling_time=end)
     if run_factor := run_factor_until_swinging(observation) if swing is None else swing.run_factor:
-        needed_time = max(_LONGER, run_factor) * end
+        needed_time = max(LONGER, run_factor) * end
     elif _is_long_run(machine, end, end / observation.main.span):
         return _undecidable_verdict(verdict, "the rotor swings and turns over irregularly, and this does not visibly decay")
     else:
-        needed_time = max(_LONGER * end, 1e-9)
+        needed_time = max(LONGER * end, 1e-9)
     whole = observation.main.last(1.0)
     turn_angle = float(whole.greatest_angle.max(initial=0.0) - whole.least_angle.min(initial=0.0))
     since = " since the rotor last stopped or turned back" if turn_angle >= FEWEST_TURNS * 2 * math.pi else ""
