@@ -11,6 +11,7 @@ depend on the speed.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -30,6 +31,7 @@ _BEYOND = 10.0  # times the highest natural frequency: there are no maxima above
 WithSlope = tuple[np.ndarray, np.ndarray]  # a function of the speed, and its derivative
 UNDAMPED_RATIO = 1e-10  # damping ratio below which a resonance counts as undamped
 PhaseLaw = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray | None]]
+_ROUNDING = 1e-14  # of the sum of magnitudes
 _EQUAL = 1e-9  # relative difference of poles that are one, as those of x and y on an isotropic carrier
 
 
@@ -139,18 +141,22 @@ class Vibration:
 def unbalances(machine: Machine) -> np.ndarray:
     """The unbalance of each turning body (n,), complex in the body's frame, in kg m; of a couple unbalance in kg m^2.
 
-    The unbalance of a single body is real; pivots off the axis and sliders add to that of the body they turn with.
+    The unbalance of a single body is real; pivots off the axis and sliders add to that of the body they turn with. What is left
+    by rounding of contributions that cancel is zero.
     """
     parts = {p.name: p for p in machine.parts if isinstance(p, Body)}
     if not parts:  # a dimensionless machine
         return np.asarray(np.abs(Vibration.of(machine).excitation).max(axis=1).astype(complex))
-    moments = {b.name: parts[b.name].moment() for b in machine.bodies}
+    moments = {b.name: [parts[b.name].moment()] for b in machine.bodies}
     for part in parts.values():
         if (couple := part.couple()) is not None:
-            moments[part.name] = couple
+            moments[part.name] = [couple]
         if part.reference is not None:
-            moments[part.reference] += part.moment_on_reference()
-    return np.array(machine.evaluate(*moments.values()), complex)
+            moments[part.reference].append(part.moment_on_reference())
+    values = np.array(machine.evaluate(*itertools.chain.from_iterable(moments.values())), complex)
+    first = np.cumsum([0, *map(len, moments.values())][:-1])
+    sums, sizes = np.add.reduceat(values, first), np.add.reduceat(np.abs(values), first)
+    return np.where(np.abs(sums) <= _ROUNDING * sizes, 0.0, sums)
 
 
 def moments_along_guides(machine: Machine) -> np.ndarray:
