@@ -74,8 +74,8 @@ def initial_state(machine: Machine, start: Mapping[str, Any], location: str = "s
 
     A study that starts from rest gives those of ``hanging_start`` where its file gives none. Bodies not named start at rest at
     the angle that the machine gives them, else at 0; several of a track on which none has an angle from the machine at their
-    places in an evenly spaced ring; those about a body whose speed is prescribed start with that speed. Internal states of parts
-    that are not named start at 0.
+    places in an evenly spaced ring; those about a body whose speed is prescribed start with that speed. Internal states of
+    parts that are not named start at 0.
 
     Parameters
     ----------
