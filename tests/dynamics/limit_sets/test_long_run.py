@@ -158,6 +158,14 @@ def test_a_motion_that_sticks_at_a_jump_fails_with_advice() -> None:
     assert run.end_time == pytest.approx(np.pi * 2, abs=0.2)  # after two half swings, at |x| = 0.2 or less
 
 
+def test_a_motion_that_sticks_as_a_leg_begins_fails_with_advice() -> None:
+    """x is 0 after a thousandth, sooner than the samples of the first leg are apart."""
+    for end in (2.0, 8.0, 64.0, 4096.0):
+        run = run_of({"x": "-sign(x)", "y": "-y"}, [1e-3, 1.0], until=end)
+        assert run.kind is MotionKind.FAILED
+        assert "slides along a jump" in str(run.failure)
+
+
 def test_the_period_of_the_forcing_is_that_of_all_frequencies_together() -> None:
     subject = equations({"x": "cos(2*w*t) + sin(3*w*t + x)"}, w=0.5)
     assert forcing_period(subject.system, subject.values) == pytest.approx(4 * np.pi)

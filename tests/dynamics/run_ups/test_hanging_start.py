@@ -100,6 +100,14 @@ def test_what_names_a_place_keeps_it() -> None:
     assert angles(machine(carrier=MOUNTED | {"gravity": -9.81})) == near(drum=90.0)
 
 
+def test_balls_beside_one_that_is_named_stand_in_an_even_ring() -> None:
+    """One of several is moved, or all are given speeds: the others do not lie in one place."""
+    ring = {"drum": 0, "b2": 90, "b3": -180, "b4": -90}
+    assert angles(machine(on_track(4)), {"b1": 0.5}) == near(b1=math.degrees(0.5), **ring)
+    speeds = {f"b{k}": {"speed": 1.0} for k in (1, 2, 3, 4)}
+    assert angles(machine(on_track(4)), speeds) == near(b1=0, **ring)
+
+
 def test_about_a_rotor_that_turns_nothing_hangs() -> None:
     """Its bodies begin with its speed; where the speed rises from zero they hang."""
     given = {"kind": "constant-speed", "speed": 50.0}

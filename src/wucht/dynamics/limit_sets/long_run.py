@@ -156,7 +156,8 @@ class _Record:
         try:
             leg = self._integrate(grid, SlidingGuard(length, self._report))
         except SlidingError as error:
-            self._legs.append(self._integrate(grid[grid < error.time - _BEFORE * length]))
+            before = max(1, int(np.searchsorted(grid, error.time - _BEFORE * length)))  # it may slide from the start
+            self._legs.append(self._integrate(grid[:before]))
             return self.run(MotionKind.FAILED, failure=str(error))
         self._legs.append(leg)
         if leg.failure is not None:

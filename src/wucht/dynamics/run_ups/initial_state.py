@@ -73,9 +73,9 @@ def initial_state(machine: Machine, start: Mapping[str, Any], location: str = "s
     """Return the initial state of a machine's System in which some of its quantities are given.
 
     A study that starts from rest gives those of ``hanging_start`` where its file gives none. Bodies not named start at rest at
-    the angle that the machine gives them, else at 0; those of a track of which none is named or has an angle evenly spaced;
-    those about a body whose speed is prescribed start with that speed. Internal states of parts
-    that are not named start at 0.
+    the angle that the machine gives them, else at 0; several of a track on which none has an angle from the machine at their
+    places in an evenly spaced ring; those about a body whose speed is prescribed start with that speed. Internal states of
+    parts that are not named start at 0.
 
     Parameters
     ----------
@@ -200,13 +200,18 @@ def _body_entries(machine: Machine, start: Mapping[str, Any], location: str) -> 
         for name in (n for n in pair if n in entries):
             raise InputError(f"{location}.{name}", None, "give either psi and delta, or the angles of the bodies")
         entries |= {name: psi + sign * delta / 2 for name, sign in zip(pair, (1, -1), strict=True)}
+    angles = {p.name: p.start for p in machine.parts if isinstance(p, TrackBody) and p.start is not None}
     for track in machine.tracks:
-        if not any(b.name in entries for b in track.bodies):
-            entries |= starts(track.bodies)
-    for body in (p for p in machine.parts if isinstance(p, TrackBody) and p.start is not None):
-        body_entry = entries.get(body.name, {})
-        entries[body.name] = {"angle": body.start, **body_entry} if isinstance(body_entry, Mapping) else body_entry
+        without_angle = [b for b in track.bodies if "angle" not in _as_table(entries.get(b.name, {}))]
+        if len(without_angle) > 1:  # at one place they would overlap
+            angles = starts(track.bodies) | angles
+    for name, angle in angles.items():
+        entries[name] = {"angle": angle, **_as_table(entries.get(name, {}))}
     return entries
+
+
+def _as_table(entry: Any) -> Mapping[str, Any]:
+    return entry if isinstance(entry, Mapping) else {"angle": entry}
 
 
 def _carrier(machine: Machine, entry: Any, location: str) -> dict[str, float]:
