@@ -217,8 +217,11 @@ def machine_at_speed(machine: MechanismT, speed: float | None) -> MechanismT:
     end = machine.breakpoints[-1]
     steady = machine.at(end).with_fields(schedules=())
     bodies = [replace(b, release=None) for b in steady.bodies]
-    prescribed = {b.name: b.coordinate.prescribed_velocity for b in bodies}
-    speeds = {name: None if w is None else w.xreplace({TIME: sp.Float(end)}) for name, w in prescribed.items()}
+    prescribed_speeds = {b.name: b.coordinate.prescribed_velocity for b in bodies}
+    speeds = {
+        name: None if at_time is None else at_time.xreplace({TIME: sp.Float(end)})
+        for name, at_time in prescribed_speeds.items()
+    }
     if speed is not None:
         speeds[machine.rotor.name] = sp.Float(speed)
     bodies = [replace(b, coordinate=replace(b.coordinate, prescribed_velocity=speeds[b.name])) for b in bodies]
