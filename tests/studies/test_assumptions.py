@@ -60,7 +60,7 @@ SAYS_BY_ITS_DATASET = {"comparison", "phase-portrait", "cam-prediction"}
         (R1, RunUp(until=1.0, start={"p1": 0.3}),
         [FULL_EQUATIONS, MOTOR, "balancing bodies start at p2 0° relative to their rotor, at rest"]),
         (R1, RunUp(until=1.0, start={"psi": 0.3}), [FULL_EQUATIONS, MOTOR]),
-        (SCREEN, RunUp(until=1.0), [FULL_EQUATIONS, *MOTORS, "rotors start at e1 0°, e2 0°, at rest"]),
+        (SCREEN, RunUp(until=1.0), [FULL_EQUATIONS, *MOTORS, "start: at rest, hanging"]),
         (SCREEN, RunUp(until=1.0, start={"e1": 1.0}), [FULL_EQUATIONS, *MOTORS, "rotors start at e2 0°, at rest"]),
         (R1, RunUp(until=1.0, starts=({"p1": 0.3, "p2": 1.0}, {"p2": 0.3})),
         [FULL_EQUATIONS, MOTOR, AT_ZERO.replace(", p2 0°", "")]),

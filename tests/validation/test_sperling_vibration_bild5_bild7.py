@@ -113,14 +113,14 @@ def test_bild_7_equations_are_those_of_the_paper() -> None:
 
 def test_bild_7_comes_to_rest() -> None:
     """Means over 20 s agree with cases.md to 0.05 % (it averages samples, we turns). It turns back at 4183.993 s; "ca. 4000 s"
-    in the text, 4192 s in cases.md, 4183.993 s by (64)-(65) in SciPy at a tolerance of 1e-12."""
+    in the text, 4192 s in cases.md, 4183.993 s by (64)-(65) in SciPy at a tolerance of 1e-12. At the end, 4500 s, it still creeps."""
     study = read_study("sperling-vibration/figure-7")
     result = run(study.spec, study.subject)
     summary = result.wucht.summary
     time = result.turn_time.values
     for at, mean in ((1000, 8.622), (2000, 3.968), (3000, 1.867)):
         assert result.mean_speed.values[np.abs(time - at) <= 10].mean() == pytest.approx(mean, rel=5e-4)
-    assert summary["outcome"] == "oscillating"
+    assert summary["outcome"] is None and "still transient: run at least until" in result.attrs["warnings"]
     assert summary["reversal_time"] == pytest.approx(4183.993, abs=0.01)
     assert summary["half_time"] == pytest.approx(813.322, abs=0.01)
     assert summary["energy_residual"] < 1e-10

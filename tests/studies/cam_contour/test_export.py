@@ -123,7 +123,7 @@ def test_without_a_fluctuating_speed_there_is_one_cam():
 def test_a_study_without_files_for_others_says_so(tmp_path):
     path = tmp_path / "law.toml"
     path.write_text(study_of("cam-law").template)
-    with refused("cam-law", "cam-contour and cam-correction", given=None):
+    with refused("cam-law", "cam-contour and cam-correction", given=None, code="not-exported"):
         wucht.export(run_file(path), tmp_path)
 
 

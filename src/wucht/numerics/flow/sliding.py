@@ -21,6 +21,10 @@ class SlidingError(RunError):
         )
         self.time = time
 
+    def __reduce__(self) -> tuple[type[SlidingError], tuple[float]]:
+        """Support pickling, so that the error can be raised in another process."""
+        return SlidingError, (self.time,)
+
 
 class SlidingGuard:
     """Report of the time reached that ends a run in which time stands still: one that switches to and fro at a jump.
