@@ -202,15 +202,15 @@ def _body_entries(machine: Machine, start: Mapping[str, Any], location: str) -> 
         entries |= {name: psi + sign * delta / 2 for name, sign in zip(pair, (1, -1), strict=True)}
     angles = {p.name: p.start for p in machine.parts if isinstance(p, TrackBody) and p.start is not None}
     for track in machine.tracks:
-        without_angle = [b for b in track.bodies if "angle" not in _as_table(entries.get(b.name, {}))]
+        without_angle = [b for b in track.bodies if "angle" not in _entry_table(entries.get(b.name, {}))]
         if len(without_angle) > 1:  # at one place they would overlap
             angles = starts(track.bodies) | angles
     for name, angle in angles.items():
-        entries[name] = {"angle": angle, **_as_table(entries.get(name, {}))}
+        entries[name] = {"angle": angle, **_entry_table(entries.get(name, {}))}
     return entries
 
 
-def _as_table(entry: Any) -> Mapping[str, Any]:
+def _entry_table(entry: Any) -> Mapping[str, Any]:
     return entry if isinstance(entry, Mapping) else {"angle": entry}
 
 
