@@ -151,6 +151,7 @@ def system_basin_report(result: xr.Dataset) -> list[str]:
     finest = result["refined_outcome" if "refined_outcome" in result else "outcome"]
     cells = " x ".join(str(count) for count in finest.shape[::-1])
     lines: list[tuple[str, Any]] = [("map", f"{cells} cells over {' and '.join(s['axes'])}"), ("runs", str(s["runs"]))]
-    lines += [("attractor", line) for line in result.attrs["attractor_sentences"].split("\n") if line]
+    sentences = result.attrs["attractor_sentences"].split("\n")
+    lines += [("saddle" if _NO_AREA in line else "attractor", line) for line in sentences if line]
     lines.append(("shares", "± holds in 19 of 20 cases"))
     return report_lines(result, s["sentence"], lines)
