@@ -9,6 +9,7 @@ import pytest
 from tests.web.page_answers import answer, page_text
 
 from wucht import Machine
+from wucht.dynamics.run_ups.hanging_start import with_default_start
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.machine_shape import machine_shape
 from wucht.numerics.flow.compiled_system import compile_system
@@ -79,7 +80,7 @@ def check_orbits(folder: Path, name: str, times: list[float]) -> list[np.ndarray
     study = read_study(name)
     machine = study.subject
     assert isinstance(machine, Machine)
-    state = initial_state(machine, getattr(study.spec, "start", {}))
+    state = initial_state(machine, with_default_start(machine, getattr(study.spec, "start", {})))
     job = {"scenario": {"until": max(times) * 1.001}, "times": times, "tolerance": 1e-12}
     result = answer(folder, page_text(name), "orbits", **job)
     assert ORBITS in result["description"]

@@ -149,11 +149,11 @@ def test_failed_runs_are_named_by_their_samples(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_a_machine_whose_first_value_is_undecided() -> None:
-    """Near u = 5 the bodies are slow: after 600 no start has a verdict, and those at u = 7 have theirs, as without u = 5."""
-    keys = {**ASKED, "points": 2, "until": 600.0}
+    """Near u = 5 the bodies are slow: after 400 no start has a verdict, and some at u = 7 have theirs, as without u = 5."""
+    keys = {**ASKED, "points": 2, "until": 400.0, "start": {"delta": 0.5}}
     both, alone = (ask(CaptureProbability(**keys | {"range": [low, 7.0]}), MACHINE).wucht.summary for low in (5.0, 6.0))
     first, second = both["probability"]
-    assert first["estimate"] is None and first["advised_time"] > 600.0
+    assert first["estimate"] is None and first["advised_time"] > 400.0
     assert second == alone["probability"][1] and second["estimate"] > 0.9
 
 

@@ -163,7 +163,9 @@ def test_few_places_say_how_much_they_may_miss() -> None:
     asked: dict[str, Any] = {"along": "p", "range": [-0.9, -0.6], "second": "s", "second_range": [0.2, 0.3], "cells": 2}
     result = run(StabilityMap(**asked, ranges={"x": [-2, 2], "y": [-2, 2]}), ISOLA)
     summary = result.wucht.summary
-    assert [(each["label"], each["share"]) for each in summary["regions"]] == [("nothing else", 1.0)]
+    (region,) = summary["regions"]
+    assert (region["label"], region["share"]) == ("nothing else", 1.0)
+    assert region["uncertainty"] == summary["detection_limit"]
     assert summary["detection_limit"] == pytest.approx(1 - 0.05**0.25)
     assert "another motion may exist in up to 53 % of it" in result.attrs["warnings"]
     assert "less than 53 % of it may be missed" in result.attrs["sentence"]

@@ -87,7 +87,7 @@ def test_the_speed_at_the_largest_amplitude_is_the_mean_over_a_turn(cycle: Any) 
     """Of the stored samples of a run-up: over the turn, begun at an eighth of one, in whose middle the largest lies."""
     up = run(RunUp(until=6.0), fan())
     time, angle = up.time.values, up.angle.sel(body="fan").values
-    top = np.interp(time[int(up.amplitude.values.argmax())], time, angle)
+    top = np.interp(time[int(up.radius.values.argmax())], time, angle)
     begin, end = (np.interp((math.floor(top / (math.pi / 4)) + k) * math.pi / 4, angle, time) for k in (-3, 5))
     assert cycle.wucht.summary["peak_speed_up"] == pytest.approx(2 * math.pi / (end - begin), rel=2e-3)
 

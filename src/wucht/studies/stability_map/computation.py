@@ -41,7 +41,9 @@ from wucht.numerics.zeros_and_peaks import values_at_passages
 from wucht.schema import Parameter
 from wucht.studies.stability_map.map_parts import (
     MODULATED_MOTION,
+    NO_OTHER_STATE,
     NOT_EXAMINED,
+    NOTHING_ELSE,
     PERIODIC_ORBIT,
     UNDECIDED_TONE,
     UNKNOWN,
@@ -168,7 +170,7 @@ def _motion_of(subject: Machine | UserSystem) -> str:
 def state_label(names: Sequence[str], level: int, includes_orbits: bool, motion: str = MODULATED_MOTION) -> str:
     """Return a label such as ``together, modulated motion stable``. includes_orbits: modulated motions were searched."""
     parts = [*names, f"{motion} {LEVELS[level]}"] if level else [*names]
-    return ", ".join(parts) or ("nothing else" if includes_orbits else "no other steady state")
+    return ", ".join(parts) or (NOTHING_ELSE if includes_orbits else NO_OTHER_STATE)
 
 
 def _ends_on_folds(case: StateMapCase, findings: StateFindings) -> list[tuple[np.ndarray, np.ndarray]]:

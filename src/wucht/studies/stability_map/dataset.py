@@ -70,14 +70,16 @@ def _summary(plan: MapPlan[Any], parts: MapParts) -> list[Quantity]:
     parameters = [p for p in (plan.along, plan.second, plan.third) if p is not None]
     points = [_point_entry(m, parameters) for m in parts.marks]
     shares = plane_shares(parts.areas, parts.labels)
-    regions = [{"label": label, "share": share, "uncertainty": off} for label, (share, off) in shares.items()]
+    regions = [
+        {"label": label, "share": share, "uncertainty": parts.uncertainty(label, off)} for label, (share, off) in shares.items()
+    ]
     lines = {name: np.array([line.x, line.y]).T.tolist() for name, line in parts.lines.items()}
     values = {name: line.value.tolist() for name, line in parts.lines.items() if np.isfinite(line.value).all()}
     point_columns = {p.path: (p.full_name, p.unit) for p in parameters}
     point_columns |= {"kind": ("kind of the point", ""), "values": ("values of the parameters", "")}
     region_columns = {
         "label": ("motions there", ""), "share": ("share of the plane", ""),
-        "uncertainty": ("uncertainty of the share by the resolution, in 19 of 20 cases", ""),
+        "uncertainty": ("uncertainty of the share, in 19 of 20 cases: by the resolution; of absence, what may be missed", ""),
     }  # fmt: skip
     names, ranges = ("along", "second", "eliminate"), ("range", "second_range", "eliminate_range")
     axes = zip(names, ranges, parameters, (*plan.bounds, plan.ends), strict=False)

@@ -19,6 +19,7 @@ from wucht.schema import Parameter
 MODULATED_MOTION, PERIODIC_ORBIT = "modulated motion", "periodic orbit"  # of a machine, and of user equations
 UNKNOWN = "not identified"
 NOT_EXAMINED = "not examined"
+NOTHING_ELSE, NO_OTHER_STATE = "nothing else", "no other steady state"
 UNDECIDED_TONE = 4
 _LEVEL = 0.05  # probability with which what exists in a larger share of the plane is missed at all places
 
@@ -55,6 +56,10 @@ class MapParts:
     omissions: tuple[str, ...] = field(default_factory=tuple)
     runs: int = 0
     searches: int = 0
+
+    def uncertainty(self, label: str, by_resolution: float) -> float:
+        """Return the uncertainty of a label's share: that of absence contains what may be missed."""
+        return max(by_resolution, self.detection_limit) if label in (NOTHING_ELSE, NO_OTHER_STATE) else by_resolution
 
     @property
     def detection_limit(self) -> float:
