@@ -37,7 +37,8 @@ def test_a_torque_balance() -> None:
     machine = machine_from({"carrier": {"stiffness": 1e4, "damping": 40.0}, "bodies": [rotor], "drive": drive})
     result = wucht.run(wucht.TorqueBalance(), machine)
     point = result.wucht.summary["working_points"][0] | {
-        "speed": 10.0, "torque": 1.25, "stable": True, "reached_from_rest": None, "tangential": False, "slip": 0.025, "slope": 0.5, "no_load_speed": 20.0,
+        "speed": 10.0, "torque": 1.25, "stable": True, "reached_from_rest": None, "tangential": False, "slip": 0.025,
+        "slope": 0.5, "no_load_speed": 20.0,
     }  # fmt: skip
 
     def told(of: xr.Dataset = result, **other: Any) -> str:

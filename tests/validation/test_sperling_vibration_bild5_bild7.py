@@ -113,7 +113,8 @@ def test_bild_7_equations_are_those_of_the_paper() -> None:
 
 def test_bild_7_comes_to_rest() -> None:
     """Means over 20 s agree with cases.md to 0.05 % (it averages samples, we turns). It turns back at 4183.993 s; "ca. 4000 s"
-    in the text, 4192 s in cases.md, 4183.993 s by (64)-(65) in SciPy at a tolerance of 1e-12. At the end, 4500 s, it still creeps."""
+    in the text, 4192 s in cases.md, 4183.993 s by (64)-(65) in SciPy at a tolerance of 1e-12. At the end, 4500 s, it still
+    creeps."""
     study = read_study("sperling-vibration/figure-7")
     result = run(study.spec, study.subject)
     summary = result.wucht.summary
