@@ -186,6 +186,7 @@ def test_from_another_start_the_verdict_stays_with_a_warning() -> None:
     assert result.attrs["outcome"] == "synchronised" and "start_state" not in result.wucht.summary
     (warning,) = result.wucht.warnings
     assert warning.startswith("from rest, hanging, e1, e2 do not start: the drive gives 19.34 N m at standstill")
+    assert warning.endswith("; here the given start sets them turning")
     assert run(RunUp(until=1.0), screen(starting_torque_ratio=2.4)).wucht.summary["starts_from_rest"] == {
         "e1": True,
         "e2": True,

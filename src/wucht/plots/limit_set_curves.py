@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 TRANSIENT: dict[str, Any] = {"color": "#9A9A9A", "linewidth": 0.6, "alpha": 0.8, "zorder": 2}
+_POINT: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 4.5, "zorder": 5}
 _ORBIT: dict[str, Any] = {"linewidth": 1.5, "zorder": 4}
 _LINE: dict[str, Any] = {"linewidth": 0.35, "alpha": 0.55, "zorder": 3}
 _DOTS: dict[str, Any] = {"linestyle": "", "marker": ".", "markersize": 1, "markeredgewidth": 0, "zorder": 3}
@@ -41,7 +42,7 @@ def draw_limit_set(
     states = states[:, np.isfinite(states).all(axis=0)]
     look = {"color": COLOURS[1]} | look
     if kind == "equilibrium":
-        axis.plot(*_wrap_angles(states, turning, begin), "o", markersize=4.5, zorder=5, **look)
+        axis.plot(*_wrap_angles(states, turning, begin), **_POINT | look)
     elif kind == "periodic":
         axis.plot(*wrapped_curve(states, turning, begin), **_ORBIT | look)
     elif (course := _fine_course(states)) is not None:

@@ -39,8 +39,9 @@ def start_warnings(machine: Machine, initial: np.ndarray, turning: Iterable[str]
     turning: the names of the rotors that turn.
     """
     starts = {} if is_resting_state(machine, initial) else _never_starting(machine)
-    sentence = _from_rest({name: start for name, start in starts.items() if name in turning})
-    return [f"{sentence}; here the given start sets it turning"] if sentence else []
+    rotors = set(turning)
+    starts = {name: start for name, start in starts.items() if name in rotors}
+    return [f"{_from_rest(starts)}; here the given start sets {'them' if len(starts) > 1 else 'it'} turning"] if starts else []
 
 
 def not_started_statement(machine: Machine) -> str:

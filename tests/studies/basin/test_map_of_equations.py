@@ -107,6 +107,17 @@ def test_four_basins_of_equal_shape_have_equal_shares() -> None:
     assert len(lines) == 5 and all(line.strip().startswith("saddle ") for line in lines)
 
 
+def test_a_saddle_is_drawn_and_named_apart_from_attractors() -> None:
+    """Of y' = y - y^3 in x' = -x: 0 is reached from the middle row of cells, the line y = 0; the rest belongs to 1 and -1."""
+    result = wucht.run(wucht.Basin(axes={"x": [-2, 2, 5], "y": [-2, 2, 5]}), subject({"x": "-x", "y": "y - y^3"}))
+    assert result.attrs["sentence"].endswith(", 20 % of the starts end in the saddle equilibrium-3")
+    (axis,) = wucht.draw(result).axes
+    places = {(line.get_marker(), round(float(line.get_ydata()[0]), 6)) for line in axis.lines}
+    assert places == {("o", 1.0), ("o", -1.0), ("x", 0.0)}
+    legend = [text.get_text().replace("\n", " ").replace("\N{NO-BREAK SPACE}", " ") for text in axis.get_legend().get_texts()]
+    assert legend[2:] == ["equilibrium-3: 20 % of the starts", "attractors", "saddle, reached from a set without area"]
+
+
 def test_runs_without_a_result_have_a_warning_with_the_reason() -> None:
     """For y > 0 x slides along a jump of its rate."""
     slides = subject({"x": "-sign(x)*(1 + sign(y)) - (1 - sign(y))*(x - 3)", "y": "y - y^3"})

@@ -282,8 +282,8 @@ def test_the_lines_of_the_report(result: xr.Dataset) -> None:
     assert told[2].startswith(f"  left out     order 3 ({0.75 * rpm:.3g} rpm, {three} of the speed), which leaves 0.3 %; ")
     assert told[2].endswith(f"; order 6 ({0.25 * rpm:.3g} rpm, {six} of the speed), which leaves 0.4 %")
     assert told[3:7] == [
-        "  acceleration at most 150 rad/s^2; of the original cam 400 rad/s^2; off the law over time by at most 2.292e-11° "
-        "and 1.146°",
+        "  acceleration at most 150 rad/s^2; of the original cam 400 rad/s^2; off the law over time by at most 0°; "
+        "with the original cam by 1.146°",
         "  from points  cam 2e-12, counter 5e-11 of order 1; rounded to 5 decimals of a mm 1e-06",
         "  left if          2 %  off by 1°",
         "  left if      an order of the speed is left out: 50 % (2)",
@@ -298,6 +298,15 @@ def test_the_lines_of_the_report(result: xr.Dataset) -> None:
     assert told[11].endswith("(80.0 % of its 3 orders; 10 of 40 rad/s^2 rms lie outside these)")
     late = f"it comes {d(0.05):.3g}° ({50 / SHAFT.mean:.3g} ms) later than computed"
     assert told[12].endswith(f"{late}; without it 95.0 % of its orders would be explained")
+
+
+@pytest.mark.parametrize(("share", "printed"), [(0.9e-9, "0°"), (1.1e-9, f"{math.degrees(1.1e-9 * np.ptp(ANGLES)):.4g}°")])
+def test_a_distance_that_is_rounding_is_none(plan: Plan, share: float, printed: str) -> None:
+    """Below 1e-9 of the stroke, which here is that of the angles."""
+    off = Deviation(3e-13, share * float(np.ptp(ANGLES)))
+    lines = report(titled(dataset(plan, made(deviation=(Deviation(0.56, 0.02), off)))))
+    (line,) = (line for line in lines if line.startswith("  acceleration "))
+    assert line.endswith(f"off the law over time by at most {printed}; with the original cam by 1.146°")
 
 
 def _rounded(value: float) -> str:

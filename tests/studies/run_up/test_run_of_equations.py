@@ -108,7 +108,9 @@ def test_runs_of_different_ends_are_counted() -> None:
 
 def test_a_chaotic_motion_is_so_for_a_time_and_tends_to_nothing() -> None:
     lorenz = subject({"x": "10*(y - x)", "y": "x*(28 - z) - y", "z": "x*y - 8/3*z"})
-    s = wucht.run(wucht.RunUp(start={"x": 1.0, "y": 1.0, "z": 1.0}), lorenz).wucht.summary
+    result = wucht.run(wucht.RunUp(start={"x": 1.0, "y": 1.0, "z": 1.0}), lorenz)
+    s, told = result.wucht.summary, study_of("run-up").report(result)
+    assert f"  run          stored until t = {s['end_time']:.6g}" in told, "less than the time for which it is chaotic"
     assert (s["outcome"], s["stable"], s["settling_time"]) == ("chaotic", None, None)
     assert s["sentence"].startswith("the motion is chaotic for at least ") and "tends to" not in s["sentence"]
 

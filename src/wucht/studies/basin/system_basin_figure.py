@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _TONES = ("#5FAEDF", "#F5C04A", "#D9EFC9", "#E8A0BF", "#B9A7DA", "#F0E3B0", "#9CCFC0", "#C7C7C7")
+_SADDLES: dict[str, tuple[str, dict[str, Any]]] = {  # of each kind: its name, and how it is drawn
+    "equilibrium": ("saddle", {"linestyle": "", "marker": "x", "markersize": 6.5, "markeredgewidth": 2.0}),
+    "periodic": ("saddle orbit", {"linestyle": "--"}),
+}
 _WITHOUT = {"unsettled": "#FFFFFF", "diverges": "#404040", "failed": "#000000", "neutral": "#8C8C8C"}
 
 
@@ -33,38 +38,41 @@ def system_basin_figure(result: xr.Dataset) -> Figure:
     present = [k for k in flags if (values == k).any()]
     tones = {k: _WITHOUT.get(flags[k]) or _TONES[k % len(_TONES)] for k in present}
     extent = tuple(at[f"{k}_{end}"] for k in "xy" for end in ("low", "high"))
-    look: dict[str, Any] = {"origin": "lower", "extent": extent, "aspect": "auto", "interpolation": "nearest"}
+    image: dict[str, Any] = {"origin": "lower", "extent": extent, "aspect": "auto", "interpolation": "nearest"}
     axis.imshow(
-        np.searchsorted(present, values), cmap=ListedColormap(list(tones.values())), vmin=-0.5, vmax=len(present) - 0.5, **look
+        np.searchsorted(present, values), cmap=ListedColormap(list(tones.values())), vmin=-0.5, vmax=len(present) - 0.5, **image
     )
     axis.grid(visible=False)
-    has_attractors = _draw_attractors(axis, result)
+    unstable = {a["label"]: str(a["kind"]) for a in s["attractors"] if a["stable"] is False}
+    _draw_limit_sets(axis, result, unstable)
     axis.set(xlim=extent[:2], ylim=extent[2:], xlabel=str(at["x_axis"]), ylabel=str(at["y_axis"]))
     for k in "xy":
         if at[f"{k}_is_angle"] and (ticks := multiples_of_pi(at[f"{k}_low"], at[f"{k}_high"])):
             getattr(axis, f"set_{k}ticks")([t for t, _ in ticks], [word for _, word in ticks])
     shares = sorted(present, key=lambda k: -s["fractions"][flags[k]])
-    handles = [
-        field(f"{flags[k]}: {_share_text(s['fractions'][flags[k]], s['standard_errors'][flags[k]])}", tones[k], edge=GREY)
-        for k in shares
-    ]
-    handles += [entry("attractors", color="black", linestyle="", marker="o", markersize=3)] if has_attractors else []
+    handles = [field(f"{flags[k]}: {_share_text(s, flags[k], flags[k] in unstable)}", tones[k], edge=GREY) for k in shares]
+    if len(s["attractors"]) > len(unstable):
+        handles.append(entry("attractors", color="black", linestyle="", marker="o", markersize=3))
+    for name, look in (_SADDLES[kind] for kind in dict.fromkeys(unstable.values())):
+        handles.append(entry(f"{name}, reached from a set without area", color="black", **look))
     legend_beside(axis, handles)
     return fig
 
 
-def _share_text(share: float, error: float) -> str:
-    """Return a share with its uncertainty, without a line break in it."""
-    return percent(share, 2 * error).replace(" ", "\N{NO-BREAK SPACE}")
+def _share_text(s: dict[str, Any], label: str, is_unstable: bool) -> str:
+    """Return a share with its uncertainty, without a line break in it; what is unstable has a share of the starts only."""
+    error = 0.0 if is_unstable else s["standard_errors"][label]
+    text = percent(s["fractions"][label], 2 * error).replace(" ", "\N{NO-BREAK SPACE}")
+    return f"{text} of the starts" if is_unstable else text
 
 
-def _draw_attractors(axis: Axes, result: xr.Dataset) -> bool:
-    """Draw the attractors; return whether there are any."""
+def _draw_limit_sets(axis: Axes, result: xr.Dataset, unstable: Mapping[str, str]) -> None:
+    """Draw the attractors, and what is unstable otherwise: an equilibrium as a cross, an orbit dashed."""
     names = [str(n) for n in result.state.values]
     rows = [names.index(str(result.attrs[f"{k}_axis"])) for k in "xy"]
     turning = np.array([result.attrs[f"{k}_is_angle"] for k in "xy"]) > 0
     begin = float(result.attrs["x_low"]), float(result.attrs["y_low"])
     kinds = {a["label"]: a["kind"] for a in result.wucht.summary["attractors"]}
     for samples, name in zip(result.attractor_states.values, result.attractor.values.astype(str), strict=True):
-        draw_limit_set(axis, samples[rows], turning, kinds[name], begin, color="black")
-    return len(result.attractor_states) > 0
+        look = _SADDLES[unstable[name]][1] if name in unstable else {}
+        draw_limit_set(axis, samples[rows], turning, kinds[name], begin, color="black", **look)

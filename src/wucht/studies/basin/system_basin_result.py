@@ -65,7 +65,9 @@ def system_basin_dataset(findings: SystemBasinFindings) -> xr.Dataset:
         *_samples(attractors, [labels[k] for k in range(len(attractors))], len(names)),
     ]
     ranking = sorted(fractions, key=lambda name: -fractions[name])
-    sentence = ", ".join(f"{name} {percent(fractions[name], _TWO_SIGMA * errors[name])}" for name in ranking)
+    unstable = {labels[k] for k, one in enumerate(attractors) if one.attracts is False}
+    parts = [f"{n} {percent(fractions[n], _TWO_SIGMA * errors[n])}" for n in ranking if n not in unstable]
+    parts += [f"{percent(fractions[n])} of the starts end in the saddle {n}" for n in ranking if n in unstable]
     more: dict[str, Any] = {"subject": "system"} | {
         f"{k}_{word}": value
         for k, a in zip("xy", plan.axes, strict=True)
@@ -76,7 +78,7 @@ def system_basin_dataset(findings: SystemBasinFindings) -> xr.Dataset:
         for k, one in enumerate(attractors)
     ]
     more["attractor_sentences"] = "\n".join(sentences)
-    return result_dataset(quantities, sentence, _warnings(findings, fractions), **more)
+    return result_dataset(quantities, ", ".join(parts), _warnings(findings, fractions), **more)
 
 
 def _map_quantities(plan: SystemBasinPlan, labels: np.ndarray, halvings: int, flags: dict[str, Any]) -> list[Quantity]:

@@ -13,13 +13,14 @@ if TYPE_CHECKING:
 _MOST, _FEW = 6, 4  # orders listed at most, and those listed with details
 _RPM = 30 / math.pi
 _NOTHING = 1e-4  # of order 1
+_ROUNDING = 1e-9  # of the stroke: a distance from the law that is none
 _CAM_NAMES = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 
 
 def report(result: xr.Dataset) -> list[str]:
     """Return the lines that ``wucht run`` prints for a correction."""
     s = result.wucht.summary
-    lines = [*_shaft_lines(result, s), *_motion_lines(s), *_residual_lines(s), *_contour_lines(s)]
+    lines = [*_shaft_lines(result, s), *_motion_lines(_without_rounding(result, s)), *_residual_lines(s), *_contour_lines(s)]
     if s["measured"] is not None:
         lines += _measurement_lines(s["measured"], s)
     return report_lines(result, s["sentence"], lines)
@@ -70,12 +71,22 @@ def _measurement_lines(m: dict[str, Any], s: dict[str, Any]) -> list[tuple[str, 
     return lines
 
 
+def _without_rounding(result: xr.Dataset, s: dict[str, Any]) -> dict[str, Any]:
+    """Return the summary with 0 for distances from the law that are rounding errors."""
+    stroke = float(result.output[0].max() - result.output[0].min())
+    errors = [key for key in s if key.startswith(("position_error", "dwell_error"))]
+    zero = [key for key in errors if s[key] is not None and s[key] < _ROUNDING * stroke]
+    zero += [key.replace("dwell_error", "dwell_travel") for key in zero]
+    return s | {key: 0.0 for key in zero if s[key] is not None}
+
+
 def _motion_lines(s: dict[str, Any]) -> list[tuple[str, str]]:
     unit = f"{s['unit']}/s^2"
     lines = [("acceleration", f"at most {s['peak_after']:.4g} {unit}; of the original cam {s['peak_before']:.4g} {unit}")]
     if s.get("position_error_before") is not None:  # results of earlier versions lack it
         after, before = (_travel_text(s, s[f"position_error_{version}"]) for version in ("after", "before"))
-        lines[0] = ("acceleration", f"{lines[0][1]}; off the law over time by at most {after} and {before}")
+        off_clause = f"off the law over time by at most {after}; with the original cam by {before}"
+        lines[0] = ("acceleration", f"{lines[0][1]}; {off_clause}")
     if s.get("dwell_error_before") is not None:  # results of earlier versions lack it
         after, before = _position_error_text(s, "after", " at the end of the arm"), _position_error_text(s, "before")
         lines.append(("dwell", f"position off by at most {after}; with the original cam by {before}"))

@@ -171,7 +171,8 @@ def system_run_report(result: xr.Dataset) -> list[str]:
     s = result.wucht.summary
     if "cases" in s:
         return report_lines(result, s["sentence"], [("run", f"{c['label']}: {c['sentence']}") for c in s["cases"]])
-    lines = [("run", f"until t = {s['end_time']:.6g}")]
+    is_longer = s["outcome"] == "chaotic"  # examined beyond the stored states, for the time in the sentence
+    lines = [("run", f"{'stored ' if is_longer else ''}until t = {s['end_time']:.6g}")]
     if s["settling_time"] is not None:
         lines.append(("settled", f"after t = {s['settling_time']:.4g}"))
     for name, key in (("eigenvalues", "eigenvalues"), ("multipliers", "multipliers")):
