@@ -220,7 +220,9 @@ def test_a_driven_oscillator_with_two_wells_is_chaotic(engine: str, damping: flo
     known, error = {0.15: (0.184, 0.004), 0.25: (0.117, 0.005)}[damping]
     exponent = limit_of(run).exponent
     assert (run.kind, limit_of(run).attracts) == (MotionKind.CHAOTIC, None)
-    assert exponent is not None and exponent.value == pytest.approx(known, abs=error)
+    # Both are estimates of a chaotic motion, in which the last digit of a step changes all that follows: intervals overlap.
+    assert exponent is not None and exponent.low < known + error and exponent.high > known - error
+    assert exponent.high - exponent.low < 0.05 * known
     assert (exponent.high - exponent.low) / 2 <= 0.03 * exponent.value  # 0.02 is aimed at
 
 
