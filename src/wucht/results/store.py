@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import json
 import math
+import tempfile
 import time
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
@@ -27,9 +28,7 @@ def prepare_folder(folder: Path, names: Iterable[str] = ()) -> Path:
     """Create the output folder for files of these names. Raises ``InputError`` if they cannot be written there."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        probe = _temporary_path(folder / "probe")
-        probe.write_text("")
-        probe.unlink()
+        tempfile.TemporaryFile(dir=folder).close()  # without a name on Linux: nothing is left of it where the process is killed
     except OSError as error:
         raise InputError("-o", str(folder), f"nothing can be written there: {error.strerror}") from None
     except ValueError as error:
