@@ -49,3 +49,14 @@ def test_twelve_balls_in_the_passage(frequency: float | None, amplitude: float, 
     assert 1e3 * summary["peak_amplitude"] == pytest.approx(amplitude, abs=0.03)
     assert summary["overlaps"]["ring"] == pytest.approx(overlap, rel=0.02)
     assert any("overlap by up to" in w for w in result.wucht.warnings) == (frequency is not None)
+
+
+@pytest.mark.parametrize("balls", [3, pytest.param(12, marks=pytest.mark.slow)])
+def test_balls_that_knock_for_good_end_a_run_until_settled(balls: int) -> None:
+    """Under gravity they knock forever: the unbalance scatters by 0.3 %, which no longer run narrows. The schedule ends at 15 s."""
+    drum, ball = DRUM["bodies"]
+    mass = {3: "1 kg", 12: "0.3 kg"}[balls]
+    result = run(RunUp(start=EVEN), machine_from(DRUM | {"bodies": [drum, ball | {"count": balls, "mass": mass}]}))
+    assert result.wucht.summary["outcome"] == "passed"
+    assert 15 < result.wucht.summary["settling_time"] < 25
+    assert result["time"].values[-1] < 150

@@ -29,7 +29,7 @@ from wucht.numerics.observers.projection import (
     project,
     project_signals,
     scatters,
-    stationary_projection,
+    scattering_projection,
     trend,
     windows_of,
 )
@@ -354,7 +354,7 @@ def _residual_projection(whole: Blocks, ahead: float, noise: Noise) -> Projectio
     may continue to do so. Changes within the scatter of turns, as of balls that knock under gravity, are neither."""
     moving, sizes = _unrest(whole.last(WINDOWS * SHARE)) > UNREST, windows_of(whole.greatest_sum).max(axis=1)
     if scatters(whole.greatest_sum):
-        return _without_negative(_with_noise(stationary_projection(sizes), noise))
+        return _without_negative(_with_noise(scattering_projection(sizes), noise))
     p = falling_projection(sizes, ahead, noise.angle, even_if_approaching=moving)
     later = project(sizes[1:], ahead, noise.angle)
     begins_to_rise = p.course is Course.STATIONARY and later.course is Course.DRIFTING and later.high > p.high

@@ -130,7 +130,7 @@ class Verdict:
         return None if self.assessment is None else self.assessment.unbalance_factor
 
     def settled_within(self, tolerance: float) -> bool:
-        """True if the outcome is known and the numbers will change by less than the tolerance."""
+        """True if the outcome is known and the numbers will change by less than the tolerance, or no further than they scatter."""
         if self.outcome is Outcome.UNIDENTIFIED:
             return False
         if self.locking is not None:
@@ -140,4 +140,5 @@ class Verdict:
         if self.evidence.asynchronous:
             return all(high - low <= _EVEN_LAG * max(abs(low), abs(high)) for low, high in self.evidence.lags)
         sizes = (self.evidence.free_speed or self.speed, 1.0)
-        return all(p.width <= tolerance * abs(size) for p, size in zip(self.assessment.projections, sizes, strict=False))
+        projections = zip(self.assessment.projections, sizes, strict=False)
+        return all(p.scatters or p.width <= tolerance * abs(size) for p, size in projections)

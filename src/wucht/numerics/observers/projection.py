@@ -37,7 +37,7 @@ class Projection:
     """A signal's last mean, and the bounds between which it will probably stay.
 
     course: see ``Course``. windows: in how many windows its distance from the limit falls (or grows) by the factor e; inf where
-    it does not.
+    it does not. scatters: it fluctuates irregularly within the bounds, which a longer record does not narrow.
     """
 
     last: float
@@ -45,6 +45,7 @@ class Projection:
     high: float
     course: Course
     windows: float = math.inf
+    scatters: bool = False
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -188,11 +189,11 @@ def scatters(signal: np.ndarray) -> bool:
     )
 
 
-def stationary_projection(means: np.ndarray, wider: float = 0.25) -> Projection:
-    """Return the projection of a number that stays within its range, as ``project_signals`` does of one that oscillates."""
+def scattering_projection(means: np.ndarray, wider: float = 0.25) -> Projection:
+    """Return the projection of a number that fluctuates irregularly within its range."""
     low, high = float(means.min()), float(means.max())
     margin = wider * (high - low)
-    return Projection(float(means[-1]), low - margin, high + margin, Course.STATIONARY)
+    return Projection(float(means[-1]), low - margin, high + margin, Course.STATIONARY, scatters=True)
 
 
 def windows_of(signal: np.ndarray, count: int = WINDOWS, share: float = SHARE) -> np.ndarray:
