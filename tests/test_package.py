@@ -10,7 +10,9 @@ import pkgutil
 import re
 import subprocess
 import sys
+import tomllib
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -44,6 +46,14 @@ def test_the_names_are_shown_and_there() -> None:
         assert getattr(wucht, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = wucht.nothing
+
+
+def test_the_version_is_stated_alike() -> None:
+    root = Path(__file__).parents[1]
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = re.search(r"^version: (.+)$", (root / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE)
+    assert citation is not None
+    assert project["version"] == citation[1] == wucht.__version__
 
 
 def test_all_specs_are_offered() -> None:

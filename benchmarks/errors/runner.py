@@ -1,7 +1,8 @@
 """``python -m benchmarks errors [NUMBER...] [--slow] [-- PYTEST...]``: which test notices each error of this folder first.
 
 Each error is put into a worktree of its own, of HEAD or another commit, and the tests are run there as ``make test`` runs them,
-until one fails: those of the changed file's folder first. A test that fails without the error, too, counts for none.
+until one fails: those of the changed file's folder first. A test that fails without the error, too, or not by itself, does not
+count.
 ``table.csv`` has a row for each error and kind of tests; a row is kept as long as its error and what is tested are the same.
 ``--slow`` runs the slow tests for errors that the others do not notice. With arguments for pytest (files, ``-k``), in the place
 of all tests, the row is one of its own.
@@ -150,45 +151,41 @@ def _build_page(tree: Path) -> str:
     sys.exit(f"the page of the live machine cannot be built here:\n{done.stdout}{done.stderr}")
 
 
-class Clean:
-    """The commit without an error: whether a test fails there, too."""
-
-    def __init__(self, tree: Path, tests: Tests) -> None:
-        self._tree, self._tests = tree, tests
-        self.failing: list[str] = []
-
-    def fails(self, test: str) -> bool:
-        if self._tests.run(self._tree, ["-n", "0", test]).returncode == 0:
-            return False
-        self.failing.append(test)
-        return True
-
-    def refuse_arguments(self, words: list[str]) -> None:
-        """End the program where pytest cannot even collect the tests of the commit."""
-        collected = self._tests.run(self._tree, ["--collect-only", "-q", *words])
-        if collected.returncode not in (0, _NO_TESTS):
-            sys.exit(f"pytest cannot collect these tests:\n{collected.stdout}{collected.stderr}")
+def _fails(test: str, tree: Path, tests: Tests) -> bool:
+    """True if a test fails by itself."""
+    return tests.run(tree, ["-n", "0", test]).returncode != 0
 
 
-def _noticed_by(error: WrittenError, tree: Path, tests: Tests, clean: Clean) -> str:
-    """Return the test that fails first in a tree with an error and not without it; nothing where there is none."""
+def _refuse_arguments(words: list[str], clean: Path, tests: Tests) -> None:
+    """End the program where pytest cannot even collect the tests of the commit."""
+    collected = tests.run(clean, ["--collect-only", "-q", *words])
+    if collected.returncode not in (0, _NO_TESTS):
+        sys.exit(f"pytest cannot collect these tests:\n{collected.stdout}{collected.stderr}")
+
+
+def _noticed_by(error: WrittenError, tree: Path, clean: Path, tests: Tests) -> str:
+    """Return the test that fails first in a tree with an error; nothing where there is none.
+
+    It fails by itself, too, and does not in the tree without the error: others depend on those before them, or on chance.
+    """
     if error.file.endswith(".ts") and (fault := _build_page(tree)):
         return fault
+    others: list[str] = []
     for words in tests.stages(error, tree):
         while True:
-            deselected = [f"--deselect={test}" for test in clean.failing]
             try:
-                done = tests.run(tree, [*words, *deselected])
+                done = tests.run(tree, [*words, *(f"--deselect={test}" for test in others)])
             except subprocess.TimeoutExpired:
                 return f"no end within {tests.limit / 60:g} min"
             if done.returncode in (0, _NO_TESTS):
                 break
             failed = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", done.stdout, re.MULTILINE)
             if failed is None:
-                clean.refuse_arguments(words)
+                _refuse_arguments(words, clean, tests)
                 return "the start of the tests"
-            if not clean.fails(failed[1]):
+            if _fails(failed[1], tree, tests) and not _fails(failed[1], clean, tests):
                 return failed[1]
+            others.append(failed[1])
     return ""
 
 
@@ -212,15 +209,14 @@ def _results(errors: list[WrittenError], base: str, tests: Tests) -> Iterator[tu
     """Yield each error with its outcome, the test that notices it, and how long that took in s."""
     if not errors:
         return
-    with _worktree(base) as clean_tree:
-        clean = Clean(clean_tree, tests)
+    with _worktree(base) as clean:
         for error in errors:
             begin = time.monotonic()
             with _worktree(base) as tree:
                 if subprocess.run(["git", "apply", str(error.path)], cwd=tree, capture_output=True, check=False).returncode:
                     outcome, by = _NOT_APPLIED, ""
                 else:
-                    by = _noticed_by(error, tree, tests, clean) or ""
+                    by = _noticed_by(error, tree, clean, tests)
                     outcome = _NOTICED if by else _UNNOTICED
             yield error, outcome, by, time.monotonic() - begin
 
