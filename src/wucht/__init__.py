@@ -30,7 +30,7 @@ from typing import Any
 
 import lazy_loader
 
-from wucht.earlier_names import earlier_names
+from wucht.earlier_names import provide_earlier_names
 
 __version__ = "0.1.0"
 
@@ -40,7 +40,7 @@ _first_used, _, _names = lazy_loader.attach_stub(__name__, __file__)
 __all__ = ["__version__", *_names]  # noqa: PLE0604
 
 
-def _present_name(name: str) -> Any:
+def __getattr__(name: str) -> Any:
     if name not in _names:
         raise AttributeError(f"module 'wucht' has no attribute {name!r}")
     if name == "parts":  # a package; lazy_loader knows names of modules alone
@@ -48,7 +48,7 @@ def _present_name(name: str) -> Any:
     return _first_used(name)
 
 
-__getattr__ = earlier_names(__name__, _present_name)
+provide_earlier_names(__name__)
 
 
 def __dir__() -> list[str]:

@@ -5,7 +5,7 @@ The present names are those of ``docs/api/public.txt``. What is renamed or remov
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import sys
 from importlib import import_module
 from typing import Any, TypeVar
 from warnings import warn
@@ -33,12 +33,15 @@ _NAMES = {
 }
 _ATTRIBUTES = {
     "Branch": {"u": "unknowns"},
-    "CollocationSolution": {"at": "states_at", "parameters": "parameter_values"},  # Cycle, Connection, ...
+    "CollocationSolution": {"at": "states_at"},  # Solution, Cycle, CurveCycle, Connection
+    "Connection": {"parameters": "parameter_values"},
+    "CurveCycle": {"parameters": "parameter_values"},
     "CurvePoint": {"u": "unknowns"},
     "Cycle": {"trusted": "is_trusted", "hidden": "hidden_point"},
     "EquilibriumContinuation": {"branch": "follow_branch", "switched": "switch_branch", "seen": "evaluate"},
     "EquilibriumEquations": {"of": "from_system", "by_hand": "from_function"},
     "Equilibrium": {"u": "unknowns"},
+    "Solution": {"parameters": "parameter_values"},
     "SpecialCurve": {"u": "unknowns", "parameters": "parameter_values"},
     "SpecialCurves": {"branch": "follow_curve"},  # Folds, HopfPoints
     "SpecialEquilibrium": {"u": "unknowns", "parameters": "parameter_values"},  # Fold, HopfPoint
@@ -46,20 +49,22 @@ _ATTRIBUTES = {
 }
 
 
-def earlier_names(module: str, present: Callable[[str], Any] | None = None) -> Callable[[str], Any]:
-    """Return ``__getattr__`` of a module, for its earlier names. present: for all others, where they are loaded on demand."""
+def provide_earlier_names(module_name: str) -> None:
+    """Give a module its earlier names. What it loads on demand by a ``__getattr__`` of its own stays as it is."""
+    module = vars(sys.modules[module_name])
+    present = module.get("__getattr__")
 
     def attribute(name: str) -> Any:
-        earlier = f"{module}.{name}"
+        earlier = f"{module_name}.{name}"
         if earlier in _NAMES:
             _warn(earlier, _NAMES[earlier])
             place, _, present_name = _NAMES[earlier].rpartition(".")
             return getattr(import_module(place), present_name)
         if present is None:
-            raise AttributeError(f"module {module!r} has no attribute {name!r}")
+            raise AttributeError(f"module {module_name!r} has no attribute {name!r}")
         return present(name)
 
-    return attribute
+    module["__getattr__"] = attribute
 
 
 def with_earlier_names(cls: _Class) -> _Class:

@@ -14,7 +14,7 @@ Duffing's oscillator from its energies, and its averaged amplitude r and phase p
 
 import lazy_loader
 
-from wucht.earlier_names import earlier_names
+from wucht.earlier_names import provide_earlier_names
 
-_present_name, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
-__getattr__ = earlier_names(__name__, _present_name)
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+provide_earlier_names(__name__)

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from wucht.earlier_names import earlier_names
+from wucht.earlier_names import provide_earlier_names
 from wucht.errors import WuchtError
 from wucht.mechanics.means import mean_and_frequencies
 from wucht.mechanics.slow_time import (
@@ -270,4 +270,4 @@ def _checked_period(period: sp.Expr | None, frequencies: Iterable[sp.Expr]) -> s
     return period
 
 
-__getattr__ = earlier_names(__name__)
+provide_earlier_names(__name__)

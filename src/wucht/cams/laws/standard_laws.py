@@ -16,7 +16,7 @@ from typing import Literal
 
 import numpy as np
 
-from wucht.earlier_names import earlier_names
+from wucht.earlier_names import provide_earlier_names
 from wucht.errors import InputError, nearest
 from wucht.schema import LARGEST
 
@@ -349,4 +349,4 @@ def _format_arc(arc: Arc) -> str:
     return f"{math.degrees(arc[0]):.6g} ... {math.degrees(arc[1]):.6g} deg"
 
 
-__getattr__ = earlier_names(__name__)
+provide_earlier_names(__name__)

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from wucht.earlier_names import earlier_names
+from wucht.earlier_names import provide_earlier_names
 from wucht.errors import WuchtError
 from wucht.numerics.collocation.condensation import CollocationJacobian
 from wucht.numerics.collocation.mesh import Mesh
@@ -339,4 +339,4 @@ class BoundaryValueProblem:
         return numbers, np.zeros(len(numbers))
 
 
-__getattr__ = earlier_names(__name__)
+provide_earlier_names(__name__)

@@ -194,6 +194,7 @@ def solve_across_row(
     raise RunError(f"after {most_steps} steps of Newton's method a correction of {size:.2g} remains", code="too-many-steps")
 
 
+@with_earlier_names
 @dataclass(frozen=True, eq=False)
 class Solution(CollocationSolution):
     """A solution on a curve of solutions.

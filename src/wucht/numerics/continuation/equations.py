@@ -14,7 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from wucht.disk_cache import derived_once
-from wucht.earlier_names import earlier_names, with_earlier_names
+from wucht.earlier_names import provide_earlier_names, with_earlier_names
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.jacobian import Jacobian
 from wucht.system import System as System  # noqa: PLC0414 - re-exported
@@ -313,4 +313,4 @@ def _jacobian(system: System) -> Jacobian:
     return Jacobian.of(system)
 
 
-__getattr__ = earlier_names(__name__)
+provide_earlier_names(__name__)

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from wucht.earlier_names import earlier_names, with_earlier_names
+from wucht.earlier_names import provide_earlier_names, with_earlier_names
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import CurvePoint, EquilibriumEquations, FunctionProblem, Problem
@@ -358,4 +358,4 @@ def _user_condition(function: UserFunction) -> Callable[[Equilibrium], float]:
     return lambda equilibrium: float(function(equilibrium.unknowns))
 
 
-__getattr__ = earlier_names(__name__)
+provide_earlier_names(__name__)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wucht.earlier_names import earlier_names
+from wucht.earlier_names import provide_earlier_names
 from wucht.errors import RunError
 from wucht.numerics.continuation.equations import EquilibriumEquations
 from wucht.numerics.periodic.connection import Connection
@@ -279,4 +279,4 @@ def fold_at(equations: EquilibriumEquations, x: np.ndarray, parameter_values: np
     raise RunError("Newton's method does not converge to the saddle-node")
 
 
-__getattr__ = earlier_names(__name__)
+provide_earlier_names(__name__)

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from wucht.earlier_names import earlier_names
+from wucht.earlier_names import provide_earlier_names
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.collocation.solutions import mesh_from_samples, solve_near, tangent_near, with_exact_tolerance
@@ -292,4 +292,4 @@ def propagated_change(at: Cycle, multiplier: complex) -> np.ndarray:
     return np.concatenate(changes)
 
 
-__getattr__ = earlier_names(__name__)
+provide_earlier_names(__name__)
