@@ -1,10 +1,11 @@
-"""``python -m benchmarks [NAME...]``: all benchmarks, or those named, a table each."""
+"""``python -m benchmarks [NAME...]``: all benchmarks, or those named, a table each. ``errors``: see ``benchmarks.errors``."""
 
 from __future__ import annotations
 
 import sys
 
 from benchmarks import build, cams, continuation, engines, ensembles, live, live_page, repeated, run_up, slow, start_up
+from benchmarks.errors import runner
 
 ALL = {
     b.__name__.rpartition(".")[2]: b
@@ -14,6 +15,9 @@ ALL = {
 
 def main() -> None:
     named = sys.argv[1:]
+    if named[:1] == ["errors"]:
+        runner.main(named[1:])
+        return
     if unknown := [name for name in named if name not in ALL]:
         sys.exit(f"benchmarks: there is no {unknown[0]!r}; known: {', '.join(ALL)}")
     for name in named or ALL:

@@ -7,8 +7,7 @@ import numpy as np
 import sympy as sp
 
 from wucht.mechanics import Averaging, averaged, with_amplitude_and_phase
-from wucht.numerics.flow import compile_system, integrate
-from wucht.system import System
+from wucht.numerics.flow import System, compile_system, integrate
 
 x, v, r, psi, mu = sp.symbols("x v r psi mu", real=True)
 OSCILLATOR = System(states=(x, v), derivatives=(v, mu * (1 - x**2) * v - x), parameters=(mu,))

@@ -8,12 +8,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from wucht.cams.followers.follower import Outline
-from wucht.cams.followers.roller_cam import RollerFollower
-from wucht.cams.laws import Law
-from wucht.cams.laws.standard_laws import StandardLaw, polynomial_law
-from wucht.cams.tables.kinds_of_law import RiseTable
-from wucht.schema import SI, si
+from wucht.cams import Law, Outline, RiseTable, RollerFollower, StandardLaw, polynomial_law
+from wucht.extending import SI, si
 
 
 class Cubic(RiseTable):

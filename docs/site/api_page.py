@@ -20,6 +20,7 @@ def page() -> str:
     groups = {
         "Ask and answer": [n for n in _RUNNING if n in public],
         "Machines and equations": ["load_machine", "Machine", "parts", "load_equations", "UserSystem", "CamDrive", "Records"],
+        "Errors": ["WuchtError", "InputError", "RunError"],
         "Questions": sorted(n for n in questions if n in public),
     }
     told = {n for within in groups.values() for n in within}

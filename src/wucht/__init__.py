@@ -16,7 +16,7 @@ Questions: ``RunUp``, ``CoastDown``, ``StartStop``, ``DriveFailure``, ``Sweep``,
 ``load``, ``draw`` (for a page, ``PRINT``, or a column, ``JOURNAL``), ``report``, ``write_report`` (one file to send),
 ``export``, and ``result.wucht``. In a notebook, a machine that moves: ``live``. Any other ordinary differential equation:
 ``UserSystem`` (``load_equations``), ``System``, ``compile_system``, ``integrate``, ``periodic_orbit``; any System averaged:
-``averaged``, ``strongly_damped``, ``separated``.
+``averaged``, ``strongly_damped``, ``separated``. Errors: ``WuchtError``, which is ``InputError`` or ``RunError``.
 
 The layers of the package, each of which knows only those before it: ``errors``, ``schema``, ``piecewise``, ``system``,
 ``results``, ``numerics``, ``fatigue``, ``mechanics``, ``machines``, ``files``, ``analysis``, ``measurements``, ``cams``,
@@ -27,9 +27,10 @@ from __future__ import annotations
 
 from importlib import import_module
 from typing import Any
-from warnings import warn
 
 import lazy_loader
+
+from wucht.earlier_names import provide_earlier_names
 
 __version__ = "0.1.0"
 
@@ -40,14 +41,14 @@ __all__ = ["__version__", *_names]  # noqa: PLE0604
 
 
 def __getattr__(name: str) -> Any:
-    if name == "OwnEquations":
-        warn("wucht.OwnEquations is now called wucht.UserSystem", DeprecationWarning, stacklevel=2)
-        return _first_used("UserSystem")
     if name not in _names:
         raise AttributeError(f"module 'wucht' has no attribute {name!r}")
     if name == "parts":  # a package; lazy_loader knows names of modules alone
         return import_module("wucht.machines.parts")
     return _first_used(name)
+
+
+provide_earlier_names(__name__)
 
 
 def __dir__() -> list[str]:

@@ -1,5 +1,8 @@
 # The names of the package: for type checkers, and for lazy_loader.
 from .cams.drive import CamDrive as CamDrive
+from .errors import InputError as InputError
+from .errors import RunError as RunError
+from .errors import WuchtError as WuchtError
 from .files.catalogue import load_equations as load_equations
 from .files.catalogue import load_machine as load_machine
 from .files.user_system import UserSystem as UserSystem

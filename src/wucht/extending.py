@@ -17,6 +17,7 @@ from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_to_end, run_up
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.dynamics.work import Work
+from wucht.earlier_names import provide_earlier_names
 from wucht.errors import InputError, RunError, WuchtError
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
@@ -91,3 +92,6 @@ __all__ = [
     "si",
     "table",
 ]  # fmt: skip
+
+
+provide_earlier_names(__name__)

@@ -7,10 +7,14 @@ from .correction import CorrectedLaw as CorrectedLaw
 from .correction import MotionOverTime as MotionOverTime
 from .drive import CamDrive as CamDrive
 from .followers.flat_faced import FlatFaced as FlatFaced
+from .followers.follower import Outline as Outline
 from .followers.oscillating_roller import OscillatingRoller as OscillatingRoller
+from .followers.roller_cam import RollerFollower as RollerFollower
 from .followers.translating_roller import TranslatingRoller as TranslatingRoller
 from .laws import Law as Law
 from .laws.standard_laws import RiseAndReturn as RiseAndReturn
+from .laws.standard_laws import StandardLaw as StandardLaw
+from .laws.standard_laws import polynomial_law as polynomial_law
 from .laws.standard_laws import standard_law as standard_law
 from .laws.synthesis import Band as Band
 from .laws.synthesis import equiripple as equiripple
@@ -19,3 +23,4 @@ from .laws.synthesis import synthesise as synthesise
 from .shaft_motion import ShaftMotion as ShaftMotion
 from .shape import Shape as Shape
 from .shape import shapes as shapes
+from .tables.kinds_of_law import RiseTable as RiseTable

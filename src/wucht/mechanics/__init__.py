@@ -14,4 +14,7 @@ Duffing's oscillator from its energies, and its averaged amplitude r and phase p
 
 import lazy_loader
 
+from wucht.earlier_names import provide_earlier_names
+
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+provide_earlier_names(__name__)

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
+from wucht.earlier_names import provide_earlier_names
 from wucht.errors import WuchtError
 from wucht.mechanics.means import mean_and_frequencies
 from wucht.mechanics.slow_time import (
@@ -267,3 +268,6 @@ def _checked_period(period: sp.Expr | None, frequencies: Iterable[sp.Expr]) -> s
         if not (decimal or turns.is_Integer):
             raise WuchtError(f"{period} is not a period: the frequency {w} is present", code="other-period")
     return period
+
+
+provide_earlier_names(__name__)

@@ -21,8 +21,16 @@ from wucht.schema import TableModel
 class Outline:
     """Elements of a follower that are drawn at cam angle 0 beside its roller, in m; None where there is none.
 
-    pivot: of a lever, on x. rod_offset: of a rod with a roller, along y. face_at: position of a face on x; face_from, face_to:
-    the range of y in which it is touched over a turn.
+    Parameters
+    ----------
+    pivot : float, optional
+        Of a lever, on x.
+    rod_offset : float, optional
+        Of a rod with a roller, along y.
+    face_from, face_to : float, optional
+        The range of y in which a face is touched over a turn.
+    face_at : float, optional
+        Position of the face on x.
     """
 
     pivot: float | None = None

@@ -16,6 +16,7 @@ from typing import Literal
 
 import numpy as np
 
+from wucht.earlier_names import provide_earlier_names
 from wucht.errors import InputError, nearest
 from wucht.schema import LARGEST
 
@@ -34,7 +35,13 @@ class StandardLaw:
     In the piece i, u = x - knots[i], it is s = sum over k of polynomials[i, k] u^k + cosine[i] cos(frequency[i] u)
     + sine[i] sin(frequency[i] u). Where a piece has a wave, its polynomial is of the first degree.
 
-    knots: (n + 1,), from 0 to 1. polynomials: (n, degree + 1), the constant first. frequency, cosine, sine: (n,).
+    Parameters
+    ----------
+    knots : numpy.ndarray, (n + 1,)
+        From 0 to 1.
+    polynomials : numpy.ndarray, (n, degree + 1)
+        The constant first.
+    cosine, sine, frequency : numpy.ndarray, (n,)
     """
 
     knots: np.ndarray
@@ -113,8 +120,19 @@ def _derivative(polynomials: np.ndarray, order: int) -> np.ndarray:
 
 
 def polynomial_law(knots: np.ndarray, polynomials: np.ndarray) -> StandardLaw:
-    """Return the law of pieces between knots (n + 1,) from 0 to 1: polynomials (n, degree + 1) of the piece behind each knot,
-    the constant first."""
+    """Return the law of polynomials in pieces.
+
+    Parameters
+    ----------
+    knots : numpy.ndarray, (n + 1,)
+        From 0 to 1.
+    polynomials : numpy.ndarray, (n, degree + 1)
+        Of the piece behind each knot, the constant first.
+
+    Returns
+    -------
+    StandardLaw
+    """
     zeros = np.zeros(len(polynomials))
     return StandardLaw(knots, polynomials, zeros, zeros, zeros)
 
@@ -329,3 +347,6 @@ def _check_arc(key: str, arc: Arc) -> None:
 
 def _format_arc(arc: Arc) -> str:
     return f"{math.degrees(arc[0]):.6g} ... {math.degrees(arc[1]):.6g} deg"
+
+
+provide_earlier_names(__name__)

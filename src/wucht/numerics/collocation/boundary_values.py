@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
+from wucht.earlier_names import provide_earlier_names
 from wucht.errors import WuchtError
 from wucht.numerics.collocation.condensation import CollocationJacobian
 from wucht.numerics.collocation.mesh import Mesh
@@ -336,3 +337,6 @@ class BoundaryValueProblem:
         mean = weights @ at
         numbers = np.concatenate([mean, weights @ (at - mean) ** 2, parameters / self.sizes[self.n :]])
         return numbers, np.zeros(len(numbers))
+
+
+provide_earlier_names(__name__)

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wucht.earlier_names import with_earlier_names
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
 from wucht.numerics.collocation.mesh import Mesh
@@ -33,6 +34,7 @@ _LOCATING = 1e-9  # accuracy of the mesh on which special solutions are located
 STEPS = Steps(most=0.5, turn=0.3, corrections=4, tolerance=1e-7, predicts_correction=True)
 
 
+@with_earlier_names
 @dataclass(frozen=True, eq=False)
 class CollocationSolution:
     """A solution by collocation. curve: that on which it lies, with the problem on the solution's mesh. point: on the curve."""
@@ -192,6 +194,7 @@ def solve_across_row(
     raise RunError(f"after {most_steps} steps of Newton's method a correction of {size:.2g} remains", code="too-many-steps")
 
 
+@with_earlier_names
 @dataclass(frozen=True, eq=False)
 class Solution(CollocationSolution):
     """A solution on a curve of solutions.

@@ -19,4 +19,7 @@ Normal form of a Hopf point: ``hopf_form``, ``HopfForm``. Over two parameters: `
 
 import lazy_loader
 
+from wucht.earlier_names import provide_earlier_names
+
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+provide_earlier_names(__name__)

@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from wucht.disk_cache import derived_once
+from wucht.earlier_names import provide_earlier_names, with_earlier_names
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.jacobian import Jacobian
 from wucht.system import System as System  # noqa: PLC0414 - re-exported
@@ -23,6 +24,7 @@ Residual = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 Values = tuple[np.ndarray, np.ndarray]
 
 
+@with_earlier_names
 @dataclass(frozen=True, eq=False)
 class CurvePoint:
     """A solution on a curve.
@@ -122,6 +124,7 @@ class FunctionProblem:
         return unknowns / self.scale, np.zeros(len(unknowns)) if self.turns is None else self.turns / self.scale
 
 
+@with_earlier_names
 @dataclass(frozen=True, eq=False)
 class EquilibriumEquations:
     """Equations f = 0 of n states and of the m parameters that are varied.
@@ -308,3 +311,6 @@ class _PointwiseValues:
 @derived_once
 def _jacobian(system: System) -> Jacobian:
     return Jacobian.of(system)
+
+
+provide_earlier_names(__name__)

@@ -11,6 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from wucht.earlier_names import provide_earlier_names, with_earlier_names
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import CurvePoint, EquilibriumEquations, FunctionProblem, Problem
@@ -47,6 +48,7 @@ _NARROW = 0.25  # of the angle between both branches: the largest deviation of a
 UserFunction = Callable[[np.ndarray], float]
 
 
+@with_earlier_names
 @dataclass(frozen=True, eq=False)
 class Equilibrium:
     """Equilibrium on a branch.
@@ -94,6 +96,7 @@ class Equilibrium:
         return float(complex_[np.abs(complex_.real).argmin()].imag) if len(complex_) else 0.0
 
 
+@with_earlier_names
 @dataclass(frozen=True, eq=False, repr=False)
 class Branch(TracedCurve[Equilibrium]):
     """A branch of equilibria that was followed to its ends.
@@ -118,6 +121,7 @@ class Branch(TracedCurve[Equilibrium]):
         return np.array([p.unstable for p in self.points])
 
 
+@with_earlier_names
 @dataclass(frozen=True, eq=False)
 class EquilibriumContinuation:
     """Branches of the equilibria of equations with one varied parameter.
@@ -352,3 +356,6 @@ def _sums(equilibrium: Equilibrium) -> float:
 
 def _user_condition(function: UserFunction) -> Callable[[Equilibrium], float]:
     return lambda equilibrium: float(function(equilibrium.unknowns))
+
+
+provide_earlier_names(__name__)

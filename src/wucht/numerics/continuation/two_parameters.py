@@ -16,6 +16,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from wucht.earlier_names import with_earlier_names
 from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import CurvePoint, EquilibriumEquations, Problem
@@ -218,6 +219,7 @@ def _critical(matrix: np.ndarray, frequency: float | None) -> tuple[np.ndarray, 
     return values[i : i + 2], q, p / np.conj(np.vdot(p, q)), np.delete(values, [i, i + 1])
 
 
+@with_earlier_names
 @dataclass(frozen=True, eq=False)
 class SpecialEquilibrium(ABC):
     """A point of a curve of special equilibria.
@@ -260,6 +262,7 @@ class SpecialEquilibrium(ABC):
 P = TypeVar("P", bound=SpecialEquilibrium)
 
 
+@with_earlier_names
 @dataclass(frozen=True, eq=False, repr=False)
 class SpecialCurve(TracedCurve[P]):
     """A curve of special equilibria in two parameters that was followed to its ends.
@@ -284,6 +287,7 @@ class SpecialCurve(TracedCurve[P]):
         return self.unknowns[-2:]
 
 
+@with_earlier_names
 @dataclass(frozen=True, eq=False)
 class SpecialCurves(ABC, Generic[P]):
     """Curves of special equilibria of equations with two varied parameters (p, q).

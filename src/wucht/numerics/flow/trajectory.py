@@ -8,9 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wucht.earlier_names import with_earlier_names
 from wucht.numerics.flow.events import Hit
 
 
+@with_earlier_names
 @dataclass(frozen=True)
 class Trajectory:
     """The computed motion of a run.

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wucht.earlier_names import with_earlier_names
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.collocation.solutions import CollocationSolution
 
@@ -26,6 +27,7 @@ _VANISHING = 0.02  # of their largest value: where both leading eigenvalues are 
 _ROUNDING = 1e-9  # of the largest eigenvalue: a smaller real part is not significant
 
 
+@with_earlier_names
 @dataclass(frozen=True, eq=False)
 class Connection(CollocationSolution):
     """Orbit between equilibria, or back to one.

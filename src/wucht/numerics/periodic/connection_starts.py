@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wucht.earlier_names import provide_earlier_names
 from wucht.errors import RunError
 from wucht.numerics.continuation.equations import EquilibriumEquations
 from wucht.numerics.periodic.connection import Connection
@@ -276,3 +277,6 @@ def fold_at(equations: EquilibriumEquations, x: np.ndarray, parameter_values: np
         if np.linalg.norm(change / sizes) < _SAME:
             return unknowns[:-1], np.append(unknowns[-1], parameter_values[1:])
     raise RunError("Newton's method does not converge to the saddle-node")
+
+
+provide_earlier_names(__name__)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wucht.earlier_names import with_earlier_names
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.collocation.solutions import CollocationSolution
@@ -37,6 +38,7 @@ class HiddenPoint(NamedTuple):
     interval: tuple[float, float]
 
 
+@with_earlier_names
 @dataclass(frozen=True, eq=False)
 class Cycle(Orbit):
     """Periodic orbit on a branch in one parameter.

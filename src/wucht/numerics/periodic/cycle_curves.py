@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy as sp
 
+from wucht.earlier_names import with_earlier_names
 from wucht.errors import WuchtError
 from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, EndFunction, EndValues, Integrand, Reference
 from wucht.numerics.collocation.solutions import with_exact_tolerance
@@ -40,6 +41,7 @@ _SHRINKS = {
 _SYMMETRIC = 1e-3  # largest d of an orbit with the symmetry: d v is added to its rates, v of the size of states
 
 
+@with_earlier_names
 @dataclass(frozen=True, eq=False)
 class CurveCycle(Orbit):
     """Special periodic orbit on a curve in two parameters.

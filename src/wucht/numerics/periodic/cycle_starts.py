@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from wucht.earlier_names import provide_earlier_names
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.collocation.solutions import mesh_from_samples, solve_near, tangent_near, with_exact_tolerance
@@ -289,3 +290,6 @@ def propagated_change(at: Cycle, multiplier: complex) -> np.ndarray:
         changes.append(step_map @ here)
         here = changes[-1][-1]
     return np.concatenate(changes)
+
+
+provide_earlier_names(__name__)

@@ -1,0 +1,156 @@
+"""docs/api/public.txt: what it lists is there and is called so, nothing else is exported, pages and examples need no more.
+
+Names of earlier versions (``wucht.earlier_names``) give the present ones, with a warning.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+import warnings
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+from tests.public_names import LIST, PACKAGES, exported_names, line_of, listed_lines, package_of
+
+ROOT = LIST.parents[2]
+LISTED = listed_lines()
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_exported_name_is_listed(package: str) -> None:
+    """And no other: an addition is an edit of the list, too (``python -m tests.public_names NAME``)."""
+    listed = {name.removeprefix(f"{package}.") for name in LISTED if package_of(name) == package}
+    assert {name for name in listed if "." not in name} == exported_names(package)
+
+
+def test_listed_lines_are_true() -> None:
+    """A name alone states only that it is there."""
+    false = {line: line_of(name) for name, line in LISTED.items() if line != line_of(name) and line != name}
+    assert false == {}
+
+
+def test_each_name_is_listed_once() -> None:
+    lines = [line for line in LIST.read_text(encoding="utf-8").splitlines() if line and not line.startswith("#")]
+    assert len(lines) == len(LISTED) > 500
+
+
+def _shown_code() -> Iterator[tuple[str, str]]:
+    """What readers run: examples, and the Python of pages and notebooks."""
+    for path in sorted((ROOT / "examples").glob("*.py")):
+        yield path.name, path.read_text(encoding="utf-8")
+    for path in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]:
+        for block in re.findall(r"^```python\n(.*?)^```", path.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL):
+            yield path.name, block
+    for path in sorted((ROOT / "docs" / "notebooks").glob("*.ipynb")):
+        cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+        lines = [line for cell in cells if cell["cell_type"] == "code" for line in "".join(cell["source"]).splitlines()]
+        yield path.name, "\n".join(line for line in lines if not line.startswith("%"))
+
+
+def _names_used(code: str) -> Iterator[str]:
+    """Names of ours that code imports, and attributes of wucht and its parts."""
+    for node in ast.walk(ast.parse(code)):
+        match node:
+            case ast.ImportFrom(module=str(module)) if module.split(".")[0] == "wucht":
+                yield from (f"{module}.{alias.name}" for alias in node.names)
+            case ast.Import():
+                yield from (alias.name for alias in node.names if alias.name.startswith("wucht."))
+            case ast.Attribute(value=ast.Name(id="wucht"), attr=name):
+                yield f"wucht.{name}"
+            case ast.Attribute(value=ast.Name(id="parts"), attr=name) if name[0].isupper():
+                yield f"wucht.parts.{name}"
+
+
+def test_pages_and_examples_import_only_what_is_listed() -> None:
+    used = {(name, place) for place, code in _shown_code() for name in _names_used(code)}
+    assert len({name for name, _ in used}) > 50
+    allowed = {*LISTED, *PACKAGES, "wucht.__version__"}
+    assert {(name, place) for name, place in used if name not in allowed} == set()
+
+
+# What pages and examples of earlier versions imported, and what it is now.
+EARLIER = {
+    "wucht.OwnEquations": "wucht.UserSystem",
+    "wucht.cams.laws.standard_laws.of_polynomials": "wucht.cams.polynomial_law",
+    "wucht.extending.answer": "wucht.extending.result_dataset",
+    "wucht.extending.in_lines": "wucht.extending.report_lines",
+    "wucht.mechanics.averaging.Averaged": "wucht.mechanics.Averaging",
+    "wucht.mechanics.harmonics": "wucht.mechanics.trigonometric_polynomial",
+    "wucht.numerics.collocation.boundary_values.at_begin": "wucht.numerics.periodic.start_value",
+    "wucht.numerics.collocation.boundary_values.at_end": "wucht.numerics.periodic.end_value",
+    "wucht.numerics.continuation.Equations": "wucht.numerics.continuation.EquilibriumEquations",
+    "wucht.numerics.continuation.Equilibria": "wucht.numerics.continuation.EquilibriumContinuation",
+    "wucht.numerics.continuation.equations.Equations": "wucht.numerics.continuation.EquilibriumEquations",
+    "wucht.numerics.continuation.equations.Functions": "wucht.numerics.continuation.FunctionProblem",
+    "wucht.numerics.continuation.equilibria.Equilibria": "wucht.numerics.continuation.EquilibriumContinuation",
+    "wucht.numerics.flow.compiled.compile_system": "wucht.compile_system",
+    "wucht.numerics.periodic.connection_starts.of_excursion": "wucht.numerics.periodic.connection_from_excursion",
+    "wucht.numerics.periodic.cycle_starts.doubled": "wucht.numerics.periodic.doubled_branch",
+}
+
+
+def _attribute(path: str) -> Any:
+    module, _, name = path.rpartition(".")
+    return getattr(import_module(module), name)
+
+
+@pytest.mark.parametrize(("earlier", "present"), EARLIER.items())
+def test_an_earlier_name_warns_and_is_the_present_one(earlier: str, present: str) -> None:
+    assert present in LISTED
+    with pytest.warns(
+        DeprecationWarning, match=rf"{re.escape(earlier)} is now wucht\.\S*{present.rpartition('.')[2]};"
+    ) as seen:
+        value = _attribute(earlier)
+    assert value is _attribute(present)
+    assert {Path(warning.filename).name for warning in seen} == {Path(__file__).name}
+
+
+def test_an_unknown_name_is_refused_without_a_warning() -> None:
+    with warnings.catch_warnings(action="error"):
+        for module in (
+            "wucht.extending",
+            "wucht.mechanics.averaging",
+            "wucht.numerics.continuation",
+            "wucht.numerics.flow.compiled",
+        ):
+            with pytest.raises(AttributeError, match="nothing"):
+                _ = _attribute(f"{module}.nothing")
+
+
+@pytest.mark.filterwarnings("ignore:.* is now .*:DeprecationWarning")
+def test_continuation_by_its_earlier_names() -> None:
+    """As the page on continuation of 2026-11-25 did; x' = p + 3 x - x^3 turns at p = 2 and p = -2."""
+    from wucht.numerics.continuation import CurvePoint, Equations, Equilibria, Folds
+
+    x, p, q = sp.symbols("x p q", real=True)
+    system = _attribute("wucht.System")((x,), (p + 3 * x - x**3 + q,), (p, q))
+    problem = Equilibria(Equations.of(system, ["p"], {"q": 0.0}), bounds=(-4.0, 4.0))
+    start = problem.start([-2.0], -2.0)
+    branch = problem.branch(start)
+    assert isinstance(start, CurvePoint)
+    assert np.array_equal(start.u, start.unknowns)
+    assert np.array_equal(branch.u, branch.unknowns)
+    assert np.allclose([point.u for point in branch.special], [[-1.0, 2.0], [1.0, -2.0]])
+    folds = Folds(Equations.of(system, ["p", "q"], {}), [(-4.0, 4.0), (-1.0, 1.0)])
+    curve = folds.branch(folds.start([-1.0], (2.0, 0.0)))
+    assert np.allclose(curve.parameters.sum(axis=0), 2.0)  # p + q
+    by_hand = Equations.by_hand(lambda u: (u[1] + 3 * u[:1] - u[:1] ** 3, np.array([[3 - 3 * u[0] ** 2, 1.0]])), ["x"], ["p"])
+    assert np.allclose(Equilibria(by_hand, bounds=(-4.0, 4.0)).branch(start).special[0].u, [-1.0, 2.0])
+
+
+def test_an_earlier_attribute_warns() -> None:
+    from wucht.numerics.continuation import EquilibriumEquations
+    from wucht.numerics.flow import Trajectory
+
+    with pytest.warns(DeprecationWarning, match=r"EquilibriumEquations\.of is now EquilibriumEquations\.from_system;"):
+        assert EquilibriumEquations.of == EquilibriumEquations.from_system
+    empty = Trajectory(np.zeros(1), np.zeros((1, 1)), {}, np.ones(2), 0.0, np.zeros(1))
+    with pytest.warns(DeprecationWarning, match=r"Trajectory\.parameters is now Trajectory\.final_parameter_values;"):
+        assert np.array_equal(empty.parameters, [1.0, 1.0])
