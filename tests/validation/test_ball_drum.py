@@ -53,7 +53,7 @@ def test_twelve_balls_in_the_passage(frequency: float | None, amplitude: float, 
 
 @pytest.mark.parametrize("balls", [3, pytest.param(12, marks=pytest.mark.slow)])
 def test_balls_that_knock_for_good_end_a_run_until_settled(balls: int) -> None:
-    """Under gravity they knock forever: the unbalance scatters by 0.3 %, which no longer run narrows. The schedule ends at 15 s."""
+    """Under gravity they knock for ever: the unbalance scatters by 0.3 %, whatever the length. The schedule ends at 15 s."""
     drum, ball = DRUM["bodies"]
     mass = {3: "1 kg", 12: "0.3 kg"}[balls]
     result = run(RunUp(start=EVEN), machine_from(DRUM | {"bodies": [drum, ball | {"count": balls, "mass": mass}]}))

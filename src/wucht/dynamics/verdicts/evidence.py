@@ -28,8 +28,8 @@ from wucht.numerics.observers.projection import (
     falling_projection,
     project,
     project_signals,
-    scatters,
     scattering_projection,
+    scatters,
     trend,
     windows_of,
 )

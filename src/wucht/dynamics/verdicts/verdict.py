@@ -130,7 +130,7 @@ class Verdict:
         return None if self.assessment is None else self.assessment.unbalance_factor
 
     def settled_within(self, tolerance: float) -> bool:
-        """True if the outcome is known and the numbers will change by less than the tolerance, or no further than they scatter."""
+        """True if the outcome is known and its numbers will change by less than the tolerance, or no more than they scatter."""
         if self.outcome is Outcome.UNIDENTIFIED:
             return False
         if self.locking is not None:
