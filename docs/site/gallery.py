@@ -78,23 +78,32 @@ def entry(name: str, compute: bool = True) -> Entry:
 
 def answer(study_file: StudyFile, folder: Path, compute: bool = True) -> tuple[Any | None, Path, Path]:
     """The result of a study with its figure and one panel of that, kept in a folder; None as result where it is not there."""
-    question = key(repr(study_file.document), digest(True))
+    result = result_of(study_file, folder, compute)
     figure, thumbnail = folder / f"{study_file.spec.kind}.png", folder / "thumbnail.png"
-    if text_of(folder / "question") == question:
-        result = wucht.load(folder / "result.nc")
-    elif compute:
-        shutil.rmtree(folder, ignore_errors=True)
-        result = run_study(study_file, folder=folder)
-        (folder / "question").write_text(question, encoding="utf-8")
-    else:
-        return None, figure, thumbnail
-    drawn = key(question, digest(False))
-    if text_of(folder / "drawn") != drawn:
+    drawn = key(_question(study_file), digest(False))
+    if result is not None and text_of(folder / "drawn") != drawn:
         whole = wucht.draw(result)
         save_figure(whole, figure)
         _save_panel(whole, thumbnail)
         (folder / "drawn").write_text(drawn, encoding="utf-8")
     return result, figure, thumbnail
+
+
+def result_of(study_file: StudyFile, folder: Path, compute: bool = True) -> Any | None:
+    """The result of a study, kept in a folder; None where it is not there."""
+    question = _question(study_file)
+    if text_of(folder / "question") == question:
+        return wucht.load(folder / "result.nc")
+    if not compute:
+        return None
+    shutil.rmtree(folder, ignore_errors=True)
+    result = run_study(study_file, folder=folder)
+    (folder / "question").write_text(question, encoding="utf-8")
+    return result
+
+
+def _question(study_file: StudyFile) -> str:
+    return key(repr(study_file.document), digest(True))
 
 
 def _save_panel(figure: Figure, path: Path) -> None:

@@ -43,15 +43,20 @@ class PageFigure:
 
     def study(self, folder: Path) -> StudyFile:
         """The study that is drawn. folder: of the page's files. Raises ``InputError``."""
-        of_page = folder / self.file
-        if self.file in studies():
-            of_page.write_text(studies()[self.file].template or "", encoding="utf-8")
-        return read_study(str(of_page) if of_page.is_file() else self.file, self.settings)
+        return study_of(self.file, self.settings, folder)
 
     @property
     def is_in_gallery(self) -> bool:
         """True if the gallery has it: a file of the catalogue as it is."""
         return self.file in names() and not self.settings
+
+
+def study_of(file: str, settings: dict[str, Any], folder: Path) -> StudyFile:
+    """A study that a page names: a file in the folder of its own ones, a kind of study, or a name of the catalogue."""
+    of_page = folder / file
+    if file in studies():
+        of_page.write_text(studies()[file].template or "", encoding="utf-8")
+    return read_study(str(of_page) if of_page.is_file() else file, settings)
 
 
 def figures_of(page: str) -> list[PageFigure]:

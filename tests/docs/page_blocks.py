@@ -56,9 +56,14 @@ def blocks(page: Path, section: str = "") -> list[Block]:
     return found
 
 
+def without_blocks(text: str) -> str:
+    """The sentences and tables of a page."""
+    return _FENCE.sub("", text)
+
+
 def inline_commands(page: Path) -> list[list[str]]:
     """The words of each ``wucht ...`` within a sentence that says all of it: no FILE, STUDY, NAME to be filled in."""
-    text = _FENCE.sub("", page.read_text(encoding="utf-8"))
+    text = without_blocks(page.read_text(encoding="utf-8"))
     found = [shlex.split(command) for command in re.findall(r"`(wucht \w+ [^`]+)`", text)]
     return [words for words in found if not any(re.search(r"\b[A-Z]{4,}\b|\.\.\.", word) for word in words)]
 

@@ -2,23 +2,128 @@
 
 from __future__ import annotations
 
+import math
 import re
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import pytest
-from docs.site.numbers import PAGES, as_written, numbers_of, pages_with_numbers, with_numbers
+from docs.site import page_figures
+from docs.site.numbers import PAGES, as_written, numbers_of, pages_with_numbers, with_numbers, without_numbers
+from page_blocks import PAGES as ALL
+from page_blocks import blocks, without_blocks
+
+from wucht.files.catalogue import FOLDER, names
 
 MARKED = {path.relative_to(PAGES).as_posix(): path for path in pages_with_numbers()}
 CAM = "practice/carton-pusher --set study.simulate=0 --set study.cuts=1"
+# Pages whose numbers with units are no results of runs on them, or have a test of their own.
+OTHERS = {
+    "README.md": "times, of make bench",
+    "docs/averaging.md": "formulas",
+    "docs/cam-files.md": "limits of criteria",
+    "docs/design.md": "times, of measurements that are kept as they were",
+    "docs/errata.md": "written by tests/validation/errata",
+    "docs/live-machine.md": "limits of the program",
+    "docs/machine-files.md": "criteria and defaults",
+    "docs/outcomes.md": "criteria",
+    "docs/several-machines.md": "times",
+    "docs/slow-equations.md": "criteria",
+    "docs/switchable-pendulums.md": "test_switchable_pendulums_page",
+    "docs/symbols.md": "notation",
+}
+CHECKED = {name: path for name, path in ALL.items() if name not in OTHERS}
+UNITS = {  # as pages write them: what they measure, and one of them in SI
+    "m": ("m", 1), "mm": ("m", 1e-3), "µm": ("m", 1e-6), "micrometres": ("m", 1e-6), "kg": ("kg", 1), "g": ("kg", 1e-3),
+    "s": ("s", 1), "ms": ("s", 1e-3), "h": ("s", 3600), "hours": ("s", 3600), "Hz": ("Hz", 1), "%": ("%", 1), "V": ("V", 1),
+    "rad/s": ("rad/s", 1), "rpm": ("rad/s", math.pi / 30), "rad/s2": ("rad/s2", 1), "m/s2": ("m/s2", 1),
+    "degrees": ("rad", math.pi / 180), "deg": ("rad", math.pi / 180), "°": ("rad", math.pi / 180),
+    "N": ("N", 1), "kN": ("N", 1e3), "N m": ("N m", 1), "N m s": ("N m s", 1), "W": ("W", 1), "kW": ("W", 1e3), "J": ("J", 1),
+    "MPa": ("Pa", 1e6), "N/m": ("N/m", 1), "kN/m": ("N/m", 1e3), "N s/m": ("N s/m", 1), "kN s/m": ("N s/m", 1e3),
+    "kg m": ("kg m", 1), "g m": ("kg m", 1e-3), "kg mm": ("kg m", 1e-3), "g mm": ("kg m", 1e-6), "kg m2": ("kg m2", 1),
+}  # fmt: skip
+_LONGEST_FIRST = "|".join(sorted(map(re.escape, UNITS), key=len, reverse=True))
+_WITH_UNIT = re.compile(rf"(?<![\w.,])(\d[\d,]*(?:\.\d+)?(?:e[+-]?\d+)?) ?({_LONGEST_FIRST})(?![\w/^°])")
+_BY_HAND = re.compile(r"<!-- by hand: (.*?) -->")
+
+
+class Quantity(NamedTuple):
+    """A number with a unit as a page has it."""
+
+    text: str
+    number: str
+    unit: str
+
+    @property
+    def value(self) -> float:
+        return float(self.number) * UNITS[self.unit][1]
+
+    def is_rounded(self, other: Quantity) -> bool:
+        """Whether it is another one, with as many decimals as it has itself."""
+        kind, one = UNITS[self.unit]
+        return UNITS[other.unit][0] == kind and as_written(self.number, other.value / one) == as_written(
+            self.number, float(self.number)
+        )
+
+
+def quantities(text: str) -> list[Quantity]:
+    text = text.replace("·", " ").replace("²", "2").replace("^2", "2")
+    return [Quantity(match[0], match[1].replace(",", ""), match[2]) for match in _WITH_UNIT.finditer(text)]
+
+
+def typed(text: str, sources: str) -> list[str]:
+    """Numbers with units in sentences and tables that are typed: neither marked nor in code, nor do sources have them."""
+    sentences = without_numbers(without_blocks(text))
+    known = quantities(" ".join((sources, *re.findall("`[^`]+`", re.sub("<!--.*?-->", "", sentences)))))
+    by_hand = [one for listed in _BY_HAND.findall(sentences) for one in listed.split("; ")]
+    of_page = quantities(re.sub("<!--.*?-->|`[^`]+`", "|", sentences))
+    assert [one for one in by_hand if one not in [q.text for q in of_page]] == [], "not on the page any more"
+    return [q.text for q in of_page if q.text not in by_hand and not any(map(q.is_rounded, known))]
+
+
+def sources(page: Path) -> str:
+    """What the page itself shows as code or as printed, which is run, and what the files of the catalogue that it names say."""
+    text = page.read_text(encoding="utf-8")
+    named = [tomllib.loads((FOLDER / f"{name}.toml").read_text(encoding="utf-8")) for name in names() if name in text]
+    given = [value for document in named for key in document if key != "notes" for value in texts_in(document[key])]
+    return " ; ".join([*(f"{block.text} {block.said}" for block in blocks(page)), *given])
+
+
+def texts_in(value: Any) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, dict | list):
+        for item in value.values() if isinstance(value, dict) else value:
+            yield from texts_in(item)
+
+
+@pytest.mark.parametrize("name", CHECKED)
+def test_a_number_with_a_unit_is_of_a_result_or_declared_to_be_by_hand(name: str) -> None:
+    """Marked, printed by a command of the page, in its code or files; or listed there: ``<!-- by hand: 3.8 N m; 2 s -->``."""
+    assert typed(CHECKED[name].read_text(encoding="utf-8"), sources(CHECKED[name])) == []
+
+
+def test_a_typed_number_is_noticed() -> None:
+    text = "It takes 3.46 s of 12 kW, <!-- = practice/fan | final_speed rpm -->300<!-- = --> rpm."
+    assert typed(text, "") == ["3.46 s", "12 kW"]
+    assert typed(text, "settled at 3.457 s; 12,000 W") == []
+    assert typed(text, "3.454 s, 12.6 kW") == ["3.46 s", "12 kW"]
+    assert typed(f"{text} <!-- by hand: 12 kW -->", "") == ["3.46 s"]
+    with pytest.raises(AssertionError, match="not on the page any more"):
+        typed(f"{text} <!-- by hand: 13 kW -->", "")
 
 
 @pytest.mark.parametrize("name", MARKED)
-def test_marks_are_complete_and_their_files_can_be_read(name: str) -> None:
+def test_marks_are_complete_and_their_files_can_be_read(name: str, tmp_path: Path) -> None:
     page = MARKED[name].read_text(encoding="utf-8")
     numbers = numbers_of(page)
     opened, closed = len(re.findall("<!-- = (?!-->)", page)), page.count("<!-- = -->")
     assert len(numbers) == opened == closed, "a mark that is none"
-    for number in dict.fromkeys((one.file, one.options) for one in numbers):
-        assert next(one for one in numbers if (one.file, one.options) == number).study()
+    page_figures.write_files(page, tmp_path)
+    for number in {(one.file, one.options): one for one in numbers}.values():
+        assert number.study(tmp_path)
 
 
 def test_all_pages_of_machines_have_their_numbers_from_results() -> None:
@@ -34,9 +139,9 @@ def test_the_numbers_of_a_page_are_those_of_the_results(name: str) -> None:
 
 
 def test_a_number_is_filled_in_with_its_unit_and_its_decimals() -> None:
-    """In SI the summary has 0.1158 and 0.0034 m."""
-    marks = (("fluctuation %", "0.0"), ("position_error.original mm", "9"), ("cut_residuals.0", "0.1e-1"), ("driven", "`none`"))
-    page = "It swings by " + ", ".join(f"<!-- = {CAM} | {name} -->{text}<!-- = -->" for name, text in marks)
+    """In SI the summary has 0.1158 and 0.0034 m. A mark without a file is of that before it."""
+    marks = ("fluctuation %", "0.0"), ("position_error.original mm", "9"), ("cut_residuals[0]", "0.1e-1"), ("driven", "`none`")
+    page = f"It swings by <!-- = {CAM} " + ", <!-- = ".join(f"| {name} -->{text}<!-- = -->" for name, text in marks)
     filled = with_numbers(page)
     assert [n.text for n in numbers_of(filled)] == ["11.6", "3", "7.4e-2", "`drive`"]
     assert with_numbers(filled) == filled and filled.startswith("It swings by <!-- = practice/carton-pusher")
@@ -53,3 +158,24 @@ def test_a_mark_that_cannot_be_read_is_refused() -> None:
     with pytest.raises(ValueError, match="must be a path in the summary and a unit"):
         numbers_of("<!-- = practice/screen | last week final_speed rad/s -->1<!-- = -->")
     assert not numbers_of("As code `<!-- = FILE | NAME -->1<!-- = -->`.")
+    with pytest.raises(ValueError, match="must name its file"):
+        numbers_of("<!-- = | final_speed -->1<!-- = -->")
+
+
+def test_an_item_of_a_list_is_named_by_what_it_has() -> None:
+    """Of a file that the page itself shows: the three working points that docs/practice/fan.md prints."""
+    use = 'use = "practice/fan-on-inverter"\nset = { "drive.torque_limit" = 3.4 }'
+    block = f'```toml title="mine.toml"\n[machine]\n{use}\n[study]\nkind = "torque-balance"\n```\n'
+    page = f"{block}<!-- = mine.toml | working_points[stable=False].speed rpm -->1<!-- = -->"
+    filled = with_numbers(f"{page} <!-- = | working_points[2].speed -->0.1<!-- = -->")
+    assert [n.text for n in numbers_of(filled)] == ["680", "151.8"]
+    with pytest.raises(ValueError, match="too many values"):
+        with_numbers(f"{block}<!-- = mine.toml | working_points[stable=True].speed -->1<!-- = -->")
+    with pytest.raises(KeyError, match="frequency"):
+        with_numbers(f"{block}<!-- = mine.toml | working_points[0].frequency -->1<!-- = -->")
+
+
+@pytest.mark.slow
+def test_one_of_many_is_not_stated() -> None:
+    with pytest.raises(ValueError, match="settling_time is one of many"):
+        with_numbers("<!-- = practice/grinder-4-balls | settling_time s -->7.3<!-- = -->")
