@@ -12,7 +12,7 @@ depend on the speed.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -25,6 +25,7 @@ from wucht.machines.operation import sense_of
 from wucht.machines.parts.base import Body
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.zeros_and_peaks import crossings
+from wucht.system import TIME
 
 CANCELLATION = 1e-12  # share of the bodies' unbalances that remains where they cancel
 _BEYOND = 10.0  # times the highest natural frequency: there are no maxima above
@@ -147,14 +148,39 @@ def unbalances(machine: Machine) -> np.ndarray:
     parts = {p.name: p for p in machine.parts if isinstance(p, Body)}
     if not parts:  # a dimensionless machine
         return np.asarray(np.abs(Vibration.of(machine).excitation).max(axis=1).astype(complex))
+    moments = _moments(machine, parts)
+    values = np.array(machine.evaluate(*itertools.chain.from_iterable(moments)), complex)
+    return _sums(values, moments)
+
+
+def unbalances_over_time(machine: Machine, time: np.ndarray) -> np.ndarray:
+    """The unbalances (n, N), as of ``unbalances``, with the values that schedules give the parameters at times (N,)."""
+    symbols, parts = (
+        {s.symbol: s.expression for s in machine.schedules},
+        {p.name: p for p in machine.parts if isinstance(p, Body)},
+    )
+    moments = [[sp.sympify(x) for x in of_body] for of_body in _moments(machine, parts)] if parts else []
+    flat = list(itertools.chain.from_iterable(moments))
+    if not symbols.keys() & set().union(*(x.free_symbols for x in flat)):
+        return np.repeat(unbalances(machine.at(float(time[-1])))[:, None], len(time), axis=1)
+    values = machine.function(*(x.subs(symbols) for x in flat), of=TIME)(time)
+    return _sums(np.array([np.broadcast_to(x, len(time)) for x in values], complex), moments)
+
+
+def _moments(machine: Machine, parts: Mapping[str, Body]) -> list[list[sp.Expr]]:
+    """The contributions to the unbalance of each turning body."""
     moments = {b.name: [parts[b.name].moment()] for b in machine.bodies}
     for part in parts.values():
         if (couple := part.couple()) is not None:
             moments[part.name] = [couple]
         if part.reference is not None:
             moments[part.reference].append(part.moment_on_reference())
-    values = np.array(machine.evaluate(*itertools.chain.from_iterable(moments.values())), complex)
-    first = np.cumsum([0, *map(len, moments.values())][:-1])
+    return list(moments.values())
+
+
+def _sums(values: np.ndarray, moments: Sequence[Sequence[sp.Expr]]) -> np.ndarray:
+    """The sum of the values (k,) or (k, N) of each body's contributions; zero where they cancel."""
+    first = np.cumsum([0, *map(len, moments)][:-1])
     sums, sizes = np.add.reduceat(values, first), np.add.reduceat(np.abs(values), first)
     return np.where(np.abs(sums) <= _ROUNDING * sizes, 0.0, sums)
 

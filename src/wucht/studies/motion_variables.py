@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.analysis.vibration import moments_along_guides, unbalance_scale, unbalances
+from wucht.analysis.vibration import moments_along_guides, unbalance_scale, unbalances_over_time
 from wucht.dynamics.verdicts.locking import is_locking, rotor_phases
 from wucht.dynamics.verdicts.observation import AxisMotion, Rows, advance_balance
 from wucht.machines.machine import Machine
@@ -142,7 +142,7 @@ def _rotation(machine: Machine, row: Rows, time: np.ndarray) -> list[Quantity]:
         Quantity("free_speed", free, "speed reached without vibration", units.speed, ""),
         *(Quantity(name, row[name], long_name, units.torque, "time") for name, long_name in _TORQUES.items()),
         Quantity("motor_power", row["motor_power"], "motor power", units.power, "time"),
-        Quantity("residual_unbalance", _residual(machine, row, angle, end), "residual share of the unbalance", "", "time"),
+        Quantity("residual_unbalance", _residual(machine, row, angle, time), "residual share of the unbalance", "", "time"),
     ]
     if is_locking(machine):
         frequency, to = machine.shaking_frequency, rotor_phases(machine, time, {r.name: angle[r.name] for r in machine.rotors})
@@ -201,14 +201,16 @@ def _envelope(
     return envelope(time, peaks, np.divide(2 * math.pi, rate, out=np.zeros_like(rate), where=rate > 0), before)
 
 
-def _residual(machine: Machine, row: Rows, angle: Mapping[str, np.ndarray], end: float) -> np.ndarray:
-    machine, rotor = machine.at(end), machine.rotor.name
-    unbalance, along = (dict(zip(angle, of(machine), strict=True)) for of in (unbalances, moments_along_guides))
+def _residual(machine: Machine, row: Rows, angle: Mapping[str, np.ndarray], time: np.ndarray) -> np.ndarray:
+    rotor, end = machine.rotor.name, machine.at(float(time[-1]))
+    unbalance = dict(zip(angle, unbalances_over_time(machine, time), strict=True))
+    along = dict(zip(angle, moments_along_guides(end), strict=True))
     out = {x.name: along[x.name] * row[x.coordinate.position.name] for x in machine.sliders if x.name in along}
     vector = unbalance[rotor] + np.zeros_like(angle[rotor])
     for name in (b.name for b in machine.group(machine.rotor) if b.name != rotor):
         vector = vector + (unbalance[name] + out.get(name, 0.0)) * np.exp(1j * (angle[name] - angle[rotor]))
-    return np.asarray(np.abs(vector) / unbalance_scale(machine, machine.rotor))
+    own = np.abs(unbalance[rotor])
+    return np.asarray(np.abs(vector) / np.where(own > 0, own, unbalance_scale(end, end.rotor)))
 
 
 def _internal_state_quantities(machine: Machine, row: Rows) -> list[Quantity]:
