@@ -8,11 +8,12 @@ import wucht
 from wucht.files.building import machine_from
 
 _MASS, _LENGTH, _TIMES, _UNBALANCES = 0.1, 0.1, [0.0, 2.0, 3.0], [0.02, 0.02, 0.008]
+_PENDULUM = {"kind": "pendulum", "about": "drum", "mass": _MASS, "length": _LENGTH, "damping": 0.01}
 _MACHINE = {
     "carrier": {"mass": 10.0, "directions": "xy", "stiffness": 1e5, "damping": 200.0},
     "bodies": [
         {"kind": "rotor", "name": "drum", "mass": 5.0, "unbalance": _UNBALANCES[0], "inertia": 0.05},
-        *({"kind": "pendulum", "name": n, "about": "drum", "mass": _MASS, "length": _LENGTH, "damping": 0.01} for n in ("p1", "p2")),
+        *(_PENDULUM | {"name": name} for name in ("p1", "p2")),
     ],
     "drive": {"on": "drum", "kind": "constant-speed", "speed": 200.0},
     "schedules": [{"parameter": "drum.unbalance", "points": list(zip(_TIMES, _UNBALANCES, strict=True))}],
