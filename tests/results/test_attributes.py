@@ -45,9 +45,12 @@ def test_what_every_result_has_may_not_be_missing(name: str) -> None:
     [
         *[(name, 3, "a text") for name in ("study", "title", "sentence", "failure")],
         *[(name, wrong, "a finite number") for name in ("finished", "dimensionless") for wrong in ("1", [1, 0], float("nan"))],
-        *[(name, wrong, "a table") for name in ("summary", "input", "quantities") for wrong in ("x", "[]", 3, "[" * 10**5)],
+        *[(name, wrong, "a table") for name in ("summary", "quantities") for wrong in ("x", "[]", 3, "[" * 10**5)],
         *[(name, wrong, "a list of texts") for name in ("warnings", "notes", "assumed", "contents") for wrong in ("[3]", "{}")],
-        *[("input", wrong, "tables of the question and the machine") for wrong in ("{}", '{"study": {}, "machine": []}')],
+        *[
+            ("input", wrong, "tables of the question and the machine")
+            for wrong in ("x", "{}", 3, '{"study": {}, "machine": []}')
+        ],
         *[
             ("quantities", json.dumps({"a": wrong}), "a table of tables, one for each quantity")
             for wrong in (3, {"parts": []}, {"parts": {"b": 3}}, {"headline": 3}, {"headline": [3]}, {"unit": 3}, {"what": []})

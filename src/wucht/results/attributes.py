@@ -132,28 +132,28 @@ def _attribute(result: xr.Dataset, name: str, reader: _Reader[_Value]) -> _Value
     return _read(result.attrs, name, reader)
 
 
-class _Unexpected(Exception):  # noqa: N818 - never leaves this module
-    """What is expected in place of a value, to be put after "must be"."""
+class _ExpectedError(ValueError):
+    """What is expected in place of a value, after "must be" in a sentence."""
 
 
 def _read(attributes: Mapping[str, Any], name: str, reader: _Reader[_Value]) -> _Value:
     value = attributes[name]
     try:
         return reader(value)
-    except _Unexpected as expected:
+    except _ExpectedError as expected:
         given = value if isinstance(value, str) else np.asarray(value).tolist()
         raise InputError(name, given, f"this attribute of the result must be {expected}") from None
 
 
 def _text(value: Any) -> str:
     if not isinstance(value, str):
-        raise _Unexpected("a text")
+        raise _ExpectedError("a text")
     return value
 
 
 def _number(value: Any) -> float:
     if not isinstance(value, int | float | np.number | np.bool_) or not math.isfinite(value):
-        raise _Unexpected("a finite number")
+        raise _ExpectedError("a finite number")
     return float(value)
 
 
@@ -161,7 +161,7 @@ def _date(value: Any) -> datetime:
     try:
         return datetime.fromisoformat(_text(value))
     except ValueError:
-        raise _Unexpected("a date, such as 2026-05-01T12:00:00+00:00") from None
+        raise _ExpectedError("a date, such as 2026-05-01T12:00:00+00:00") from None
 
 
 def _json_reader(what: str, has_form: Callable[[Any], bool]) -> _Reader[Any]:
@@ -171,9 +171,9 @@ def _json_reader(what: str, has_form: Callable[[Any], bool]) -> _Reader[Any]:
         try:
             content = json.loads(_text(value))
         except (ValueError, RecursionError):
-            raise _Unexpected(f"{what}, as JSON") from None
+            raise _ExpectedError(f"{what}, as JSON") from None
         if not has_form(content):
-            raise _Unexpected(f"{what}, as JSON")
+            raise _ExpectedError(f"{what}, as JSON")
         return content
 
     return read
