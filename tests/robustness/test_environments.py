@@ -15,6 +15,7 @@ import pytest
 from tests.robustness import children
 
 from wucht.cli import surroundings
+from wucht.environment import use_one_thread
 
 Refused = Callable[..., str]
 Study = Callable[..., Path]
@@ -72,7 +73,7 @@ def test_settings_of_matplotlib_that_are_not_ours(wucht: Callable[..., Any], stu
     assert len(Path("out/run-up.png").read_bytes()) > 10 * len(blank)
 
 
-@pytest.mark.parametrize("given", ["", "abc", "-5", "1e3", 30 * "9"])
+@pytest.mark.parametrize("given", ["", "abc", "-5", "1e3", 30 * "9", 30 * "0" + 30 * "9"])
 def test_a_date_that_libraries_cannot_read(refused: Refused, study: Study, monkeypatch: pytest.MonkeyPatch, given: str) -> None:
     """Said before anything is computed: they would fail when the figure is written."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", given)
@@ -145,7 +146,14 @@ def test_a_working_directory_that_is_gone(study: Study, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("given", "expected"),
-    [({}, "1"), ({"OPENBLAS_NUM_THREADS": "3"}, "3"), ({"OMP_NUM_THREADS": "4"}, None)],
+    [
+        ({}, "1"),
+        ({"OPENBLAS_NUM_THREADS": "3"}, "3"),
+        ({"OMP_NUM_THREADS": "4"}, None),
+        ({"OMP_NUM_THREADS": "4,2"}, None),
+        ({"OMP_NUM_THREADS": ""}, "1"),
+        ({"OPENBLAS_NUM_THREADS": " 2 , 1 "}, " 2 , 1 "),
+    ],
 )
 def test_one_thread_unless_the_user_sets_another_number(
     given: dict[str, str], expected: str | None, monkeypatch: pytest.MonkeyPatch
@@ -154,9 +162,23 @@ def test_one_thread_unless_the_user_sets_another_number(
         monkeypatch.delenv(name, raising=False)
     for name, number in given.items():
         monkeypatch.setenv(name, number)
-    surroundings.use_one_thread()
+    use_one_thread()
     assert os.environ.get("OPENBLAS_NUM_THREADS") == expected
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")  # so that the end of the test removes what it has set
+
+
+@pytest.mark.parametrize("name", ["OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"])
+@pytest.mark.parametrize("given", ["abc", "0", "-1", "4,", "4,0", "4;2", "2.5", "1e3", 5000 * "9", "\u0664"])
+def test_a_number_of_threads_that_is_none(name: str, given: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is named with what is allowed, and one thread is used."""
+    for either in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+        monkeypatch.delenv(either, raising=False)
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "3")  # so that the end of the test restores it
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS")
+    monkeypatch.setenv(name, given)
+    with pytest.warns(UserWarning, match=f"^{name}: given .*; this environment variable must be a number of threads "):
+        use_one_thread()
+    assert os.environ["OPENBLAS_NUM_THREADS"] == "1"
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is checked")
@@ -182,7 +204,10 @@ def test_so_many_threads_as_have_room(kilobytes: int, given: str, expected: int,
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is checked")
-@pytest.mark.parametrize(("own", "general", "expected"), [("2", "5", "2"), ("abc", "5", "5"), ("5", "2", "5")])
+@pytest.mark.parametrize(
+    ("own", "general", "expected"), [("2", "5", "2"), ("abc", "5", "5"), ("5", "2", "5"), ("", "4,2", "4"), ("0", "x", "1")]
+)
+@pytest.mark.filterwarnings("ignore:O[A-Z]+_NUM_THREADS")
 def test_of_two_settings_the_one_that_openblas_reads_first_counts(
     own: str, general: str, expected: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

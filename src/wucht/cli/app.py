@@ -12,7 +12,8 @@ from typing import Any, cast
 import typer
 
 import wucht
-from wucht.cli.surroundings import check_environment, fit_address_space, use_one_thread
+from wucht.cli.surroundings import check_environment, fit_address_space
+from wucht.environment import use_one_thread
 from wucht.errors import InputError, WuchtError
 from wucht.file_names import printable
 

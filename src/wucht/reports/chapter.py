@@ -281,11 +281,11 @@ def _cell(value: Any, facts: Mapping[str, Any], lines: ReportLines) -> str:
 def _origin(result: ResultAccessor) -> str:
     """When and with which versions a result was computed."""
     versions = result.versions or {}
-    others = [f"{name} {version}" for name, version in versions.items() if name != "wucht" and version != "not installed"]
+    libraries = [f"{name} {version}" for name, version in versions.items() if name != "wucht" and version != "not installed"]
     rows = [
         ("Computed", "" if result.created is None else str(result.created).replace("+00:00", " UTC")),
         ("wucht", versions.get("wucht", "a version that is not recorded")),
-        ("With", ", ".join(others)),
+        ("With", ", ".join(libraries)),
     ]
     return html_table([(name, html_text(value)) for name, value in rows if value], kind="entries", row_heads=True)
 

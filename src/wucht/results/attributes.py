@@ -140,9 +140,9 @@ def _read(attributes: Mapping[str, Any], name: str, reader: _Reader[_Value]) -> 
     value = attributes[name]
     try:
         return reader(value)
-    except _ExpectedError as expected:
+    except _ExpectedError as error:
         given = value if isinstance(value, str) else np.asarray(value).tolist()
-        raise InputError(name, given, f"this attribute of the result must be {expected}") from None
+        raise InputError(name, given, f"this attribute of the result must be {error}") from None
 
 
 def _text(value: Any) -> str:

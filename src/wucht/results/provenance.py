@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.environment import date_of_files
 from wucht.errors import InputError
-from wucht.file_names import date_of_files
 from wucht.results.attributes import read_attributes, table_in
 
 if TYPE_CHECKING:

@@ -196,9 +196,10 @@ def _factor(unit: str, si: str, requirement: str) -> float:
 
 def _refuse_repeated(unit: str, plain: str, requirement: str) -> None:
     """Raise ``FieldError`` for a unit that has a name more than once above the stroke, or below it."""
-    if repeated := [name for (name, _), count in Counter(_signed_names(plain)).items() if count > 1]:
-        remedy = f"write {repeated[0]} once, with its power, as in m/s^2"
-        raise FieldError(f"{requirement}; {unit!r} has {repeated[0]} more than once: {remedy}", code="repeated-unit")
+    for (name, _), count in Counter(_signed_names(plain)).items():
+        if count > 1:
+            remedy = f"write {name} once, with its power, as in m/s^2"
+            raise FieldError(f"{requirement}; {unit!r} has {name} more than once: {remedy}", code="repeated-unit")
 
 
 def _signed_names(unit: str) -> Iterator[tuple[str, int]]:
