@@ -23,7 +23,7 @@ QUANTITY, PART = (
 
 def test_what_a_result_of_an_earlier_version_lacks_is_empty() -> None:
     read = read_attributes(WHOLE, in_file=True)
-    assert (read.notes, read.quantities, read.parts, read.versions, read.document, read.created) == (
+    assert (read.notes, read.quantities, read.parts, read.versions, read.document, read.creation) == (
         [],
         {},
         [],
@@ -31,7 +31,7 @@ def test_what_a_result_of_an_earlier_version_lacks_is_empty() -> None:
         None,
         None,
     )
-    assert (read.finished, read.dimensionless, read.faults) == (True, False, ())
+    assert (read.is_finished, read.is_dimensionless, read.faults) == (True, False, ())
 
 
 @pytest.mark.parametrize("name", [*WHOLE])
@@ -76,7 +76,7 @@ def test_what_the_answer_consists_of_is_refused_where_it_cannot_be_read(name: st
 )
 def test_without_what_tells_how_it_was_computed_the_rest_is_read(name: str, given: Any) -> None:
     read = read_attributes(WHOLE | {"quantities": json.dumps({"a": QUANTITY}), "parts": json.dumps([PART]), name: given})
-    assert (read.quantities, read.parts, getattr(read, name)) == ({"a": QUANTITY}, [PART], None)
+    assert (read.quantities, read.parts, getattr(read, name.replace("created", "creation"))) == ({"a": QUANTITY}, [PART], None)
     (fault,) = read.faults
     assert fault.startswith(f"{name}: given {given!r}; this attribute of the result must be a ")
     assert fault.endswith("; the result is read without it")

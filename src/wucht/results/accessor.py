@@ -88,10 +88,10 @@ class ResultAccessor:
         self.question, self.summary, self.quantities = attributes.question, attributes.summary, attributes.quantities
         self.spec, self.machine, self.parts = self.question["study"], self.question["machine"], attributes.parts
         self.study, self.title, self.sentence = attributes.study, attributes.title, attributes.sentence
-        self.assumed, self.warnings, self.notes = attributes.assumed, attributes.warnings, attributes.notes
+        self.assumed, self.warnings, self.notes = attributes.assumptions, attributes.warnings, attributes.notes
         self.contents, self.failure = attributes.contents, attributes.failure
-        self.finished, self.dimensionless = attributes.finished, attributes.dimensionless
-        self.created, self.versions, self.document = attributes.created, attributes.versions, attributes.document
+        self.finished, self.dimensionless = attributes.is_finished, attributes.is_dimensionless
+        self.created, self.versions, self.document = attributes.creation, attributes.versions, attributes.document
         self.faults = attributes.faults
 
     def unit_at(self, path: str) -> str:

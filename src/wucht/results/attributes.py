@@ -22,15 +22,15 @@ if TYPE_CHECKING:
 
 _Value = TypeVar("_Value")
 _Reader = Callable[[Any], _Value]
-_NEEDED = ("summary", "sentence", "warnings", "failure")  # what a study states itself
-_NEEDED_IN_FILES = (*_NEEDED, "study", "title", "finished", "dimensionless", "input")
+_IN_EVERY_RESULT = ("summary", "sentence", "warnings", "failure")  # what a study states itself
+_IN_EVERY_FILE = (*_IN_EVERY_RESULT, "study", "title", "finished", "dimensionless", "input")
 
 
 @dataclass(frozen=True)
 class ResultAttributes:
     """Attributes of a result, see ``ResultAccessor``; those that a result of an earlier version lacks are empty.
 
-    created, versions, document: when and with which programs it was computed, and its study file; None where there is none, or
+    creation, versions, document: when and with which programs it was computed, and its study file; None where there is none, or
     it cannot be read. faults: sentences on these.
     """
 
@@ -38,17 +38,17 @@ class ResultAttributes:
     title: str
     sentence: str
     failure: str
-    finished: bool
-    dimensionless: bool
+    is_finished: bool
+    is_dimensionless: bool
     question: dict[str, dict[str, Any]]
     summary: dict[str, Any]
     quantities: dict[str, dict[str, Any]]
-    assumed: list[str]
+    assumptions: list[str]
     warnings: list[str]
     notes: list[str]
     contents: list[str]
     parts: list[dict[str, Any]]
-    created: datetime | None
+    creation: datetime | None
     versions: dict[str, str] | None
     document: dict[str, Any] | None
     faults: tuple[str, ...]
@@ -74,7 +74,7 @@ def read_attributes(attributes: Mapping[str, Any], *, in_file: bool = False) -> 
         For an indispensable attribute that is missing (code ``missing``) or cannot be read: its name, the value, what is
         expected.
     """
-    for name in _NEEDED_IN_FILES if in_file else _NEEDED:
+    for name in _IN_EVERY_FILE if in_file else _IN_EVERY_RESULT:
         if name not in attributes:
             raise InputError(name, None, "this attribute of the result is missing", code="missing")
     faults = list[str]()
@@ -94,17 +94,17 @@ def read_attributes(attributes: Mapping[str, Any], *, in_file: bool = False) -> 
         title=read("title", _text, ""),
         sentence=read("sentence", _text, ""),
         failure=read("failure", _text, ""),
-        finished=bool(read("finished", _number, 0.0)),
-        dimensionless=bool(read("dimensionless", _number, 0.0)),
+        is_finished=bool(read("finished", _number, 0.0)),
+        is_dimensionless=bool(read("dimensionless", _number, 0.0)),
         question=read("input", _question, {"study": {}, "machine": {}}),
         summary=read("summary", _table, {}),
         quantities=read("quantities", _quantities, {}),
-        assumed=read("assumed", _texts, []),
+        assumptions=read("assumed", _texts, []),
         warnings=read("warnings", _texts, []),
         notes=read("notes", _texts, []),
         contents=read("contents", _texts, []),
         parts=read("parts", _parts, []),
-        created=read_origin("created", _date),
+        creation=read_origin("created", _date),
         versions=read_origin("versions", _versions),
         document=read_origin("document", _table),
         faults=tuple(faults),
@@ -141,8 +141,8 @@ def _read(attributes: Mapping[str, Any], name: str, reader: _Reader[_Value]) -> 
     try:
         return reader(value)
     except _ExpectedError as error:
-        given = value if isinstance(value, str) else np.asarray(value).tolist()
-        raise InputError(name, given, f"this attribute of the result must be {error}") from None
+        plain_value = value if isinstance(value, str) else np.asarray(value).tolist()
+        raise InputError(name, plain_value, f"this attribute of the result must be {error}") from None
 
 
 def _text(value: Any) -> str:
