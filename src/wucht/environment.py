@@ -10,46 +10,44 @@ from datetime import UTC, datetime
 from wucht.errors import InputError
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")  # read by OpenBLAS when NumPy is loaded, the first before the second
+# NumExpr, which pandas loads where it is installed, ends in a traceback for lists and for what is no number.
+_LIBRARIES_THREADS = (*_THREADS, "NUMEXPR_NUM_THREADS", "NUMEXPR_MAX_THREADS")
 _LEVELS = re.compile(r"\s*0*([1-9]\d{0,5})\s*(?:,\s*0*[1-9]\d{0,5}\s*)*", re.ASCII)
 _EPOCH = "SOURCE_DATE_EPOCH"  # read by other libraries too: when they are loaded, and when a figure is written
 _LAST_SECOND = 253402300799  # of the year 9999, the last that a date can have
 
 
-def threads_of_user() -> int | None:
-    """Return the number of threads of linear algebra that the user sets.
+def environment_of_libraries() -> dict[str, str]:
+    """Return the environment with numbers of threads that libraries can read; of OpenBLAS one, unless the user sets another.
 
     Returns
     -------
-    int or None
-        That of OPENBLAS_NUM_THREADS, otherwise of OMP_NUM_THREADS; of a list the first one, which OpenMP uses for the outer
-        of nested levels. None where neither is set or can be read: a warning names one that cannot.
+    dict of str
+        Of a list the first number, which OpenMP uses for the outer of nested levels. What is no number is left out, and a
+        warning names it. One thread: the matrices are small, and threads take longer to begin and to wait for each other than
+        the equations take.
     """
-    for name in _THREADS:
-        value = os.environ.get(name, "")
+    environment = dict(os.environ)
+    for name in _LIBRARIES_THREADS:
+        value = environment.pop(name, "")
         if levels := _LEVELS.fullmatch(value):
-            return int(levels[1])
-        if value.strip():
+            environment[name] = levels[1]
+        elif value.strip():
             requirement = "this environment variable must be a number of threads from 1 on, or several with commas, such as 4,2"
             warnings.warn(f"{InputError(name, value, requirement)}; it is not used", stacklevel=2)
-    return None
+    return environment if any(name in environment for name in _THREADS) else environment | {_THREADS[0]: "1"}
 
 
-def use_one_thread() -> None:
-    """Let OpenBLAS use one thread, unless the user sets another number. To be called before NumPy is loaded.
-
-    The matrices are small: threads take longer to begin and to wait for each other than the equations take.
-    """
-    os.environ.update(one_thread())
-
-
-def one_thread() -> dict[str, str]:
-    """Return the variables with which OpenBLAS uses one thread; none where the user sets another number."""
-    return {} if threads_of_user() else {_THREADS[0]: "1"}
-
-
-def limit_threads(most: int) -> None:
-    """Let OpenBLAS use at most so many threads. To be called before NumPy is loaded."""
-    os.environ[_THREADS[0]] = str(min(threads_of_user() or 1, most))
+def set_threads(most: int | None = None) -> None:
+    """Set the threads as in ``environment_of_libraries``, of OpenBLAS at most so many. To be called before NumPy is loaded."""
+    environment = environment_of_libraries()
+    for name in _LIBRARIES_THREADS:
+        os.environ.pop(name, None)
+        if name in environment:
+            os.environ[name] = environment[name]
+    if most is not None:
+        threads = next(environment[name] for name in _THREADS if name in environment)
+        os.environ[_THREADS[0]] = str(min(int(threads), most))
 
 
 def date_of_files() -> datetime:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import chdir, contextmanager, suppress
 from pathlib import Path
 
-from wucht.environment import date_of_files, limit_threads
+from wucht.environment import date_of_files, set_threads
 from wucht.errors import InputError, WuchtError
 
 _KB, _KB_A_THREAD = 1_300_000, 85_000  # of address space: for the start of the largest studies, and for each further thread
@@ -79,7 +79,7 @@ def fit_address_space() -> None:
         return
     if limit < _KB * 1024:
         raise InputError("ulimit -v", str(limit // 1024), f"the address space must be at least {_KB} kB, or unlimited")
-    limit_threads(1 + (limit // 1024 - _KB) // _KB_A_THREAD)
+    set_threads(1 + (limit // 1024 - _KB) // _KB_A_THREAD)
 
 
 @contextmanager
