@@ -221,8 +221,8 @@ def _refuse_angles(unit: str, pint_unit: Any, si: str, requirement: str) -> None
     Allowed is the power of the angle in the SI unit, or none: N m for N m/rad. Where the SI unit has no angle, one is allowed
     in a number, in 1/s, and where the quantity is made of work, time and current: V s/rad for Wb, N m/rpm for N m s.
     """
-    powers, of_si = _angle_powers(pint_unit), _angle_powers(_registry().parse_units(si))
-    if not powers or powers == of_si:
+    powers = _angle_powers(pint_unit)
+    if not powers or powers == (of_si := _angle_powers(_registry().parse_units(si))):
         return
     dimension = pint_unit.dimensionality
     has_place = not dimension or set(dimension) == {"[time]"} or (dimension.get("[mass]"), dimension.get("[length]")) == (1, 2)
@@ -231,13 +231,16 @@ def _refuse_angles(unit: str, pint_unit: Any, si: str, requirement: str) -> None
 
 
 def _angle_powers(pint_unit: Any) -> list[float]:
-    """The powers of the angles in a unit; Hz is one, which counts turns."""
-    quantity: Any = _registry().Quantity
-    powers = list[float]()
-    for name, power in quantity(1.0, pint_unit).unit_items():
-        of_angle = 1 if "hertz" in name else dict(quantity(1.0, name).to_base_units().unit_items()).get("radian", 0)
-        powers += [power * of_angle] if of_angle else []
-    return powers
+    """The powers of the angles in a unit."""
+    items: Any = _registry().Quantity(1.0, pint_unit).unit_items()
+    return [power * of_angle for name, power in items if (of_angle := _power_of_angle(name))]
+
+
+@lru_cache
+def _power_of_angle(name: str) -> float:
+    """The power of the angle in a unit of one name; Hz counts turns."""
+    base: Any = _registry().Quantity(1.0, name).to_base_units()
+    return 1.0 if "hertz" in name else float(dict(base.unit_items()).get("radian", 0.0))
 
 
 def _logger_factor(unit: str, si: str) -> float | None:
