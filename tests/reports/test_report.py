@@ -196,7 +196,23 @@ def test_a_result_of_an_earlier_version_lacks_only_what_it_did_not_record(wucht:
     page = Page(_page(wucht, "old"))
     assert len([tag for tag, _ in page.elements if tag == "svg"]) == 1
     assert "parameters.carrier.mass 360" in page.text
-    assert "an earlier version, which did not record its number" in page.text
+    assert "a version that is not recorded" in page.text
+
+
+@pytest.mark.parametrize(
+    ("name", "given"),
+    [("versions", "x"), ("versions", "[]"), ("document", "[null]"), ("document", ""), ("created", "yesterday")],
+)
+def test_a_report_is_written_without_what_says_how_it_was_computed(
+    wucht: Command, here: Path, results: Path, name: str, given: str
+) -> None:
+    _changed(results / "cam", here / "crafted", **{name: given})
+    sentence = rf"crafted/result.nc: {name}: given {re.escape(repr(given))}; this attribute of the result must be a "
+    with pytest.warns(UserWarning, match=sentence):
+        page = Page(_page(wucht, "crafted"))
+    assert ("wucht a version that is not recorded" in page.text) == (name == "versions")
+    assert ("Study file" in page.text) == (name != "document")
+    assert ("Computed 20" in page.text) == (name != "created")
 
 
 def test_an_incomplete_result_says_so(wucht: Command, here: Path, results: Path) -> None:

@@ -13,12 +13,11 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
-from tests.refusals import refused
 
 from wucht.errors import InputError
 from wucht.results import provenance
 from wucht.results.output_folder import load_result
-from wucht.results.provenance import CHECKSUMS, check_attributes, verify_checksums, with_checksums
+from wucht.results.provenance import CHECKSUMS, verify_checksums, with_checksums
 from wucht.results.store import save
 
 Command = Callable[..., Any]
@@ -127,8 +126,8 @@ EDITS: dict[str, tuple[str, Callable[[xr.Dataset], xr.Dataset]]] = {
        for name in ("summary", "input", "warnings", "notes", "assumed", "contents")},
     **{f"{name} of another type": (f"{name}: given '3'", lambda r, name=name: r.assign_attrs({name: "3"}))
        for name in ("summary", "input", "warnings", "notes", "assumed", "contents")},
-    "a question without a machine": ("input: must contain the question", lambda r: r.assign_attrs(input='{"study": {}}')),
-    "warnings that are no texts": ("warnings: given [1]", lambda r: r.assign_attrs(warnings="[1]")),
+    "a question without a machine": ("tables of the question and the machine", lambda r: r.assign_attrs(input='{"study": {}}')),
+    "warnings that are no texts": ("warnings: given '[1]'", lambda r: r.assign_attrs(warnings="[1]")),
     "no outcome": ("run-up: this is not a complete result", lambda r: r.assign_attrs(summary="{}")),
     "no time": ("run-up: this is not a complete result", lambda r: r.isel(time=slice(0, 0))),
     "a variable less": ("time is missing", lambda r: r.drop_vars("time")),
@@ -178,27 +177,3 @@ def test_a_package_that_is_not_installed_is_noted(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(provenance, "version", version)
     found = provenance.versions.__wrapped__()
     assert (found["heyoka"], found["numpy"]) == ("not installed", "numpy 1")
-
-
-def test_attributes_of_a_result_that_was_edited() -> None:
-    whole = {
-        "study": "a", "title": "b", "sentence": "c", "failure": "", "finished": 1, "dimensionless": 0, "summary": "{}",
-        "input": '{"study": {}, "machine": {}}', "warnings": "[]",
-    }  # fmt: skip
-    check_attributes(whole)
-    with refused("input", "the question and the machine", given=None):
-        check_attributes(whole | {"input": '{"study": {}}'})
-    with refused("warnings", "list of texts"):
-        check_attributes(whole | {"warnings": "[3]"})
-    with refused("notes", "list of texts"):
-        check_attributes(whole | {"notes": "[[]]"})
-    with refused("title", "another type", given=3):
-        check_attributes(whole | {"title": 3})
-    check_attributes(whole | {"quantities": '{"a": {"headline": ["b"], "parts": {"b": {"unit": "m"}}}}'})
-    for damaged in ("x", "[]", '{"a": 3}', '{"a": {"parts": []}}', '{"a": {"parts": {"b": 3}}}', '{"a": {"headline": 3}}'):
-        with refused("quantities", given=damaged):
-            check_attributes(whole | {"quantities": damaged})
-    with refused("quantities", "another type", given=3):
-        check_attributes(whole | {"quantities": 3})
-    with refused("title", "is missing", given=None):
-        check_attributes({k: v for k, v in whole.items() if k != "title"})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 import shutil
 import subprocess
 import sys
@@ -202,3 +203,26 @@ def test_libreoffice_reads_numbers_as_numbers(tmp_path: Path, form: str) -> None
     assert numbers["final_phases.p, 1"] == (1.5, "rad")
     assert numbers["outcome"][0] == "captured"
     assert numbers["formula"][0] == "'=HYPERLINK(1)"
+
+
+BLANKS = ["", " ", "\n", "\r\n", *"\t\x0b\x0c\x1f\x7f\x85\u00a0\u2028\u3000\u200b\ufeff\u202e"]
+
+
+@pytest.mark.parametrize("decimal_comma", [False, True])
+def test_no_cell_of_text_begins_like_a_formula(tmp_path: Path, decimal_comma: bool) -> None:
+    """Also where white space comes first, which a spreadsheet removes; numbers that are texts stay numbers."""
+    formulas = [f"{blank}{sign}cmd|' /C calc'!A0" for blank in BLANKS for sign in "=+-@\uff1d\uff0b\uff0d\uff20"]
+    formulas += ["\nx", "\tx", "\rx", "-", "--1", "- 1", "+A1", "-1+2"]
+    others = ["-1.5", " -1.5", "+2", "-1e-300", "-inf", "", "x=1", "a-b", "\u2212 5", "*", "'=1", '"=1"', "(=1)", "\x01"]
+    words = [*formulas, *others]
+    times = variable("time", np.arange(float(len(words))), "time", "s")
+    path, *_ = save_csv(made({"word": variable("time", words, "word")}, {"time": times}), tmp_path, decimal_comma)
+    cells = [row[1] for row in rows(path, delimiter=";" if decimal_comma else ",")][1:]
+    assert cells == [*("'" + re.sub(r"\r\n?", "\n", word) for word in formulas), *others]
+
+
+def test_a_carriage_return_ends_no_row(tmp_path: Path) -> None:
+    """Of the writer of Python's csv it would, as it is no part of its line ends: the next row would begin like a formula."""
+    times = variable("time", [0.0, 1.0], "time", "s")
+    path, *_ = save_csv(made({"word": variable("time", ["a\r=1+1", "b\r\n=2"], "word")}, {"time": times}), tmp_path)
+    assert rows(path)[1:] == [["0.0", "a\n=1+1"], ["1.0", "b\n=2"]]

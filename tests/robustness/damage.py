@@ -90,6 +90,37 @@ def edits(result: xr.Dataset) -> Iterator[tuple[str, Edit]]:
             yield f"summary, {key} = {value!r}", lambda d, key=key, value=value: _summarised(d, summary | {key: value})  # type: ignore[misc]
 
 
+_WRONG: tuple[Any, ...] = (
+    "x", "", 3, -1.5, float("nan"), [1.0, 2.0], ["a", "b"], "[]", "{}", "null", "[null]", "3", '"a"', '{"a": 1}', "[" * 9999,
+)  # fmt: skip
+_WRONG_INSIDE: tuple[Any, ...] = (
+    None, True, "", "x", 3, -1.5, 1e308, [], {}, [None], ["a"], [1], [[1]], {"a": 1}, {"a": {"b": 1}}, [{"a": [1]}],
+)  # fmt: skip
+
+
+def crafted(result: xr.Dataset, seed: int) -> tuple[str, xr.Dataset]:
+    """A result with another attribute, or with another value within its JSON; for half of the seeds its checksums are right."""
+    from wucht.results.provenance import with_checksums
+
+    chance = random.Random(seed)
+    name = str(chance.choice([*result.attrs]))
+    value = chance.choice(_WRONG)
+    if isinstance(before := result.attrs[name], str) and before[:1] in "[{" and chance.random() < 0.6:
+        value = json.dumps(_changed_inside(chance, json.loads(before)))
+    changed = result.assign_attrs({name: value})
+    return f"seed {seed}, {name} = {value!r}"[:200], with_checksums(changed) if chance.random() < 0.5 else changed
+
+
+def _changed_inside(chance: random.Random, content: Any) -> Any:
+    """Content of JSON in which one value is replaced, at any depth."""
+    if not isinstance(content, dict | list) or not content or chance.random() < 0.2:
+        return chance.choice(_WRONG_INSIDE)
+    key = chance.choice([*content] if isinstance(content, dict) else [*range(len(content))])
+    changed = content.copy()
+    changed[key] = _changed_inside(chance, content[key])
+    return changed
+
+
 def _filled(result: xr.Dataset, name: str, number: float) -> xr.Dataset:
     filled = np.full(result[name].shape, number)
     return (

@@ -130,6 +130,30 @@ def test_edited_results(result: Path, tmp_path: Path, every: int) -> None:
     assert counts["sentence"] > 0
 
 
+@pytest.mark.parametrize("count", [8, pytest.param(400, marks=pytest.mark.slow)])
+def test_crafted_attributes(result: Path, tmp_path: Path, count: int) -> None:
+    """Every command writes what it is for, or ends in one sentence: also where the checksums are those of what was crafted."""
+    from wucht.results.output_folder import load_result
+
+    original, codes = load_result(result), set[int]()
+    for seed in range(count):
+        name, changed = damage.crafted(original, seed)
+        folder = tmp_path / str(seed)
+        folder.mkdir()
+        changed.to_netcdf(folder / "result.nc", engine="h5netcdf")
+        commands = {"report": ("result.nc",), "plot": ("result.nc", "-o", "p"), "export": ("result.nc", "--csv", "-o", "e")}
+        commands["compare"] = ("result.nc", "result.nc", "-o", "c")
+        for command in commands if count > 100 else ("report", [*commands][seed % 3 + 1]):
+            ended = children.call(children.wucht(command, *commands[command]), folder)
+            codes.add(ended.code)
+            assert ended.code in (0, 1, 2), f"{name}: {command}: {ended.err}"
+            assert "Traceback" not in ended.err, f"{name}: {command}"
+            sentences = [line for line in ended.err.splitlines() if line.startswith("wucht: ")]
+            assert len(sentences) == (ended.code != 0), f"{name}: {command}: {ended.err}"
+            assert (folder / "report.html").exists() == (ended.code == 0) or command != "report", name
+    assert {0, 2} <= codes
+
+
 def test_a_changed_result_is_refused_by_every_command(result: Path, tmp_path: Path) -> None:
     """Exit code 2, and nothing is drawn: the byte is one of a number."""
     import h5py

@@ -15,6 +15,7 @@ import pytest
 from tests.robustness import children
 
 from wucht.cli import surroundings
+from wucht.environment import set_threads
 
 Refused = Callable[..., str]
 Study = Callable[..., Path]
@@ -72,7 +73,7 @@ def test_settings_of_matplotlib_that_are_not_ours(wucht: Callable[..., Any], stu
     assert len(Path("out/run-up.png").read_bytes()) > 10 * len(blank)
 
 
-@pytest.mark.parametrize("given", ["", "abc", "-5", "1e3", 30 * "9"])
+@pytest.mark.parametrize("given", ["", "abc", "-5", "1e3", 30 * "9", 30 * "0" + 30 * "9"])
 def test_a_date_that_libraries_cannot_read(refused: Refused, study: Study, monkeypatch: pytest.MonkeyPatch, given: str) -> None:
     """Said before anything is computed: they would fail when the figure is written."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", given)
@@ -105,7 +106,8 @@ ODD: dict[str, dict[str, str | None]] = {
     "a narrow terminal": {"COLUMNS": "1", "LINES": "1", "TERM": "nonsense", "FORCE_COLOR": "1"},
     "a width that is none": {"COLUMNS": "abc"},
     "a zone that is none": {"TZ": "Nowhere/At_All"},
-    "more threads than there are": {"OPENBLAS_NUM_THREADS": "abc", "OMP_NUM_THREADS": "0"},
+    "numbers of threads that are none": {"OPENBLAS_NUM_THREADS": "abc", "OMP_NUM_THREADS": "4;2", "NUMEXPR_MAX_THREADS": "x"},
+    "threads of nested levels": {"OMP_NUM_THREADS": "4,2"},
     "all warnings": {"PYTHONWARNINGS": "always", "PYTHONDEVMODE": "1"},
 }
 
@@ -115,7 +117,7 @@ def test_odd_environments(study: Study, names: list[str]) -> None:
     """First all at once, as far as they do not contradict each other; the last one says more than is wrong."""
     given = {key: value for name in reversed(names) for key, value in ODD[name].items()}
     absent = " ".join(f"-u {key}" for key, value in given.items() if value is None)
-    present = " ".join(f"{key}={value}" for key, value in given.items() if value is not None)
+    present = " ".join(f"{key}={shlex.quote(value)}" for key, value in given.items() if value is not None)
     command = shlex.join([sys.executable, "-m", "wucht", "run", str(study(*SHORT)), "-o", "out"])
     done = in_a_shell(f"env {absent} {present} {command}")
     assert done.returncode == 0, done.stderr
@@ -145,7 +147,14 @@ def test_a_working_directory_that_is_gone(study: Study, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("given", "expected"),
-    [({}, "1"), ({"OPENBLAS_NUM_THREADS": "3"}, "3"), ({"OMP_NUM_THREADS": "4"}, None)],
+    [
+        ({}, "1"),
+        ({"OPENBLAS_NUM_THREADS": "3"}, "3"),
+        ({"OMP_NUM_THREADS": "4"}, None),
+        ({"OMP_NUM_THREADS": "4,2"}, None),
+        ({"OMP_NUM_THREADS": ""}, "1"),
+        ({"OPENBLAS_NUM_THREADS": " 2 , 1 "}, "2"),
+    ],
 )
 def test_one_thread_unless_the_user_sets_another_number(
     given: dict[str, str], expected: str | None, monkeypatch: pytest.MonkeyPatch
@@ -154,9 +163,25 @@ def test_one_thread_unless_the_user_sets_another_number(
         monkeypatch.delenv(name, raising=False)
     for name, number in given.items():
         monkeypatch.setenv(name, number)
-    surroundings.use_one_thread()
+    set_threads()
     assert os.environ.get("OPENBLAS_NUM_THREADS") == expected
+    assert os.environ.get("OMP_NUM_THREADS") in (None, "4")
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")  # so that the end of the test removes what it has set
+
+
+@pytest.mark.parametrize("name", ["OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMEXPR_NUM_THREADS"])
+@pytest.mark.parametrize("given", ["abc", "0", "-1", "4,", "4,0", "4;2", "2.5", "1e3", 5000 * "9", "\u0664"])
+def test_a_number_of_threads_that_is_none(name: str, given: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is named with what is allowed, and one thread is used."""
+    for either in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+        monkeypatch.delenv(either, raising=False)
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "3")  # so that the end of the test restores it
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS")
+    monkeypatch.setenv(name, given)
+    with pytest.warns(UserWarning, match=f"^{name}: given .*; this environment variable must be a number of threads "):
+        set_threads()
+    assert os.environ["OPENBLAS_NUM_THREADS"] == "1"
+    assert "OMP_NUM_THREADS" not in os.environ and "NUMEXPR_NUM_THREADS" not in os.environ
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is checked")
@@ -182,7 +207,10 @@ def test_so_many_threads_as_have_room(kilobytes: int, given: str, expected: int,
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is checked")
-@pytest.mark.parametrize(("own", "general", "expected"), [("2", "5", "2"), ("abc", "5", "5"), ("5", "2", "5")])
+@pytest.mark.parametrize(
+    ("own", "general", "expected"), [("2", "5", "2"), ("abc", "5", "5"), ("5", "2", "5"), ("", "4,2", "4"), ("0", "x", "1")]
+)
+@pytest.mark.filterwarnings("ignore:O[A-Z]+_NUM_THREADS")
 def test_of_two_settings_the_one_that_openblas_reads_first_counts(
     own: str, general: str, expected: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

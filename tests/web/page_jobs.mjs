@@ -69,14 +69,14 @@ const jobs = {
       ]);
     return { text, before: every(shown), after: every(again), strobe: again.stroboscopic };
   },
-  async badLinks({ texts }) {
+  /** What links show, or the sentence that refuses them. */
+  async links({ texts }) {
     const { readLink, LinkError } = await load("link");
     return texts.map((text) => {
       try {
-        readLink(text, original, machine);
-        return "no error";
+        return readLink(text, original, machine);
       } catch (error) {
-        return error instanceof LinkError ? error.message : `${error}`;
+        return error instanceof LinkError ? error.message : { error: `${error}` };
       }
     });
   },

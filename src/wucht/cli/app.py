@@ -12,7 +12,8 @@ from typing import Any, cast
 import typer
 
 import wucht
-from wucht.cli.surroundings import check_environment, fit_address_space, use_one_thread
+from wucht.cli.surroundings import check_environment, fit_address_space
+from wucht.environment import set_threads
 from wucht.errors import InputError, WuchtError
 from wucht.file_names import printable
 
@@ -80,7 +81,7 @@ def _with_exit_errors(command: Callable[..., None], *, loads_libraries: bool) ->
     def guarded_command(*arguments: Any, **options: Any) -> None:
         try:
             if loads_libraries:
-                use_one_thread()
+                set_threads()
                 fit_address_space()
             command(*arguments, **options)
         except KeyboardInterrupt:

@@ -11,10 +11,9 @@ from collections.abc import Callable, Iterator
 from contextlib import chdir, contextmanager, suppress
 from pathlib import Path
 
+from wucht.environment import date_of_files, set_threads
 from wucht.errors import InputError, WuchtError
-from wucht.file_names import date_of_files
 
-_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")  # read by OpenBLAS when NumPy is loaded, the first before the second
 _KB, _KB_A_THREAD = 1_300_000, 85_000  # of address space: for the start of the largest studies, and for each further thread
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _STDERR = 2
@@ -60,15 +59,6 @@ def check_environment() -> None:
     date_of_files()
 
 
-def use_one_thread() -> None:
-    """Let OpenBLAS use one thread, unless the user sets another number. To be called before NumPy is loaded.
-
-    The matrices are small: threads take longer to begin and to wait for each other than the equations take.
-    """
-    if not any(name in os.environ for name in _THREADS):
-        os.environ[_THREADS[0]] = "1"
-
-
 def fit_address_space() -> None:
     """Limit the threads of OpenBLAS to the address space, where that is limited (``ulimit -v``).
 
@@ -89,11 +79,7 @@ def fit_address_space() -> None:
         return
     if limit < _KB * 1024:
         raise InputError("ulimit -v", str(limit // 1024), f"the address space must be at least {_KB} kB, or unlimited")
-    threads = len(os.sched_getaffinity(0))
-    for name in reversed(_THREADS):
-        with suppress(ValueError):
-            threads = int(os.environ.get(name, threads))
-    os.environ[_THREADS[0]] = str(max(1, min(threads, 1 + (limit // 1024 - _KB) // _KB_A_THREAD)))
+    set_threads(1 + (limit // 1024 - _KB) // _KB_A_THREAD)
 
 
 @contextmanager

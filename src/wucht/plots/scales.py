@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.plots.sheet import rpm_axis
+from wucht.results.attributes import text_in
 from wucht.results.formatting import label, parameter_in_words, printed_unit, with_unit
 
 if TYPE_CHECKING:
@@ -45,9 +46,7 @@ def name_speeds(axis: Axes, result: Any, name: str = "speed", of: str = "y") -> 
 
 def parameter_label(result: Any, of: str = "along") -> str:
     """Name of a parameter with its unit, from the attributes ``along``, ``along_what``, ``along_unit`` of a result."""
-    return with_unit(
-        parameter_in_words(*(str(result.attrs[key]) for key in (of, f"{of}_what"))), str(result.attrs[f"{of}_unit"])
-    )
+    return with_unit(parameter_in_words(*(text_in(result, key) for key in (of, f"{of}_what"))), text_in(result, f"{of}_unit"))
 
 
 def travel_unit(values: Any) -> tuple[float, str]:

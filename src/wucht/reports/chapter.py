@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -89,7 +88,7 @@ def chapter(result: xr.Dataset, number: int) -> Chapter:
         section("Numbers", numbers),
         *tables,
         section("Assumptions", bullets(accessor.assumed)),
-        section("How it was computed", _origin(result), _study_file(result)),
+        section("How it was computed", _origin(accessor), _study_file(accessor)),
     ]
     body = "\n".join(filter(None, parts))
     return Chapter(
@@ -190,8 +189,8 @@ def _other_data(result: xr.Dataset) -> str:
     """The data of a subject that is no machine, as in its study file; of a result of an earlier version, by their paths."""
     accessor = result.wucht
     facts = {key: value for key, value in accessor.machine.items() if key not in ("title", "structure", "bodies")}
-    if "document" in result.attrs and not accessor.machine.get("bodies"):
-        facts = {key: value for key, value in json.loads(result.attrs["document"]).items() if key != "study"} or facts
+    if accessor.document is not None and not accessor.machine.get("bodies"):
+        facts = {key: value for key, value in accessor.document.items() if key != "study"} or facts
     rows = [(html_text(path), html_text(value)) for path, value in _flat(abridge(facts, _LONGEST, _MOST), "")]
     tables = html_table(rows[:_MOST_ROWS], row_heads=True)
     return f'<div class="parts">{tables}</div>{_remarks(_left_out(rows))}' if rows else ""
@@ -279,25 +278,23 @@ def _cell(value: Any, facts: Mapping[str, Any], lines: ReportLines) -> str:
     return html_text(value)
 
 
-def _origin(result: xr.Dataset) -> str:
+def _origin(result: ResultAccessor) -> str:
     """When and with which versions a result was computed."""
-    attributes = result.attrs
-    versions = json.loads(attributes["versions"]) if "versions" in attributes else {}
-    creation = str(attributes.get("created", "")).replace("T", " ").replace("+00:00", " UTC")
+    versions = result.versions or {}
+    libraries = [f"{name} {version}" for name, version in versions.items() if name != "wucht" and version != "not installed"]
     rows = [
-        ("Computed", creation),
-        ("wucht", str(versions.pop("wucht", "an earlier version, which did not record its number"))),
-        ("With", ", ".join(f"{name} {version}" for name, version in versions.items() if version != "not installed")),
+        ("Computed", "" if result.created is None else str(result.created).replace("+00:00", " UTC")),
+        ("wucht", versions.get("wucht", "a version that is not recorded")),
+        ("With", ", ".join(libraries)),
     ]
     return html_table([(name, html_text(value)) for name, value in rows if value], kind="entries", row_heads=True)
 
 
-def _study_file(result: xr.Dataset) -> str:
-    """The study file, with the machine that it uses and all values that were set; the question alone where Python asked it."""
-    if "document" in result.attrs:
-        document, heading = json.loads(result.attrs["document"]), "Study file"
-    else:
-        document, heading = {"study": result.wucht.spec}, "Question, asked from Python"
+def _study_file(result: ResultAccessor) -> str:
+    """The study file, with the machine that it uses and all values that were set; the question alone where there is none."""
+    document, heading = result.document, "Study file"
+    if document is None:
+        document, heading = {"study": result.spec}, "Question"
     printed_part = abridge(document, _LONGEST, _MOST)
     note = _remarks([_ABRIDGEMENT]) if printed_part != document else ""
     return section(heading, f"<pre>{html_text(toml_text(printed_part), 100_000)}</pre>", note, level=3)

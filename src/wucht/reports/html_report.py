@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Iterable, Sequence
-from datetime import UTC, datetime
 from pathlib import Path
 
 import wucht
+from wucht.environment import date_of_files
 from wucht.errors import InputError
 from wucht.reports.chapter import Chapter, chapter
 from wucht.reports.markup import html_table, html_text, page
@@ -98,7 +97,7 @@ def _chapter_of(file: Path, number: int) -> Chapter:
 
 def _page(chapters: Sequence[Chapter], title: str) -> str:
     heading = title or (chapters[0].title if len(chapters) == 1 else f"Report on {len(chapters)} results")
-    origin = f'<p class="meta">Report of {_today()}, written by wucht {html_text(wucht.__version__)}</p>'
+    origin = f'<p class="meta">Report of {date_of_files().date()}, written by wucht {html_text(wucht.__version__)}</p>'
     body = "\n".join(one.html for one in chapters)
     if title or len(chapters) > 1:
         body = f"<nav>\n<h1>{html_text(heading, 160)}</h1>\n{origin}\n{_contents(chapters)}\n</nav>\n{body}"
@@ -116,9 +115,3 @@ def _contents(chapters: Sequence[Chapter]) -> str:
         for k, one in enumerate(chapters, 1)
     ]
     return html_table(rows, ("", "Result", "Verdict"), kind="contents")
-
-
-def _today() -> str:
-    """The date: that of ``SOURCE_DATE_EPOCH`` where it is set, so that a report can be reproduced."""
-    epoch = os.environ.get("SOURCE_DATE_EPOCH")
-    return (datetime.now(UTC) if epoch is None else datetime.fromtimestamp(int(epoch), UTC)).date().isoformat()

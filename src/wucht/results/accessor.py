@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import re
 from functools import cache
 from html import escape
 from typing import TYPE_CHECKING, Any
 
 from wucht.errors import InputError, WuchtError
+from wucht.results.attributes import read_attributes
 from wucht.results.result_tables import NUMBERS, result_table, table_names
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ _FEW = 12  # numbers of a summary in the table of a notebook
 
 
 class ResultAccessor:
-    """A result as an object. It parses the attributes that are JSON in the Dataset, each once.
+    """A result as an object. It reads the attributes of the Dataset, each once and with its type.
 
     Attributes
     ----------
@@ -55,6 +55,14 @@ class ResultAccessor:
         True if the study reached its end.
     dimensionless : bool
         True if the numbers have no units.
+    created : datetime or None
+        When it was computed. This, ``versions`` and ``document`` are None where they are missing or cannot be read.
+    versions : dict or None
+        Versions of the programs that computed it, by name.
+    document : dict or None
+        The study file.
+    faults : tuple of str
+        Sentences on those of these three that cannot be read.
     tables : list of str
         Names of the tables that ``table`` returns.
     summary_table, branches : DataFrame
@@ -64,28 +72,27 @@ class ResultAccessor:
     ------
     WuchtError
         If the Dataset is no result of a study.
+    InputError
+        For another attribute than these three that cannot be read.
     """
 
     def __init__(self, result: xr.Dataset) -> None:
-        self._result, attributes = result, result.attrs
-        missing = [name for name in ("summary", "sentence", "warnings", "failure") if name not in attributes]
-        if missing:
-            raise WuchtError(f"this Dataset is not a result of a study: it has no attribute {missing[0]}", code="no-result")
-        # Attributes of the runner are still missing while a study composes its answer.
-        self.question: dict[str, dict[str, Any]] = json.loads(attributes.get("input", '{"study": {}, "machine": {}}'))
-        self.study: str = attributes.get("study", "")
-        self.title: str = attributes.get("title", "")
-        self.spec, self.machine = self.question["study"], self.question["machine"]
-        self.summary: dict[str, Any] = json.loads(attributes["summary"])
-        self.quantities: dict[str, dict[str, Any]] = json.loads(attributes.get("quantities", "{}"))
-        self.sentence: str = attributes["sentence"]
-        self.assumed, self.warnings, self.notes, self.contents = (
-            list[str](json.loads(attributes.get(name, "[]"))) for name in ("assumed", "warnings", "notes", "contents")
-        )
-        self.parts: list[dict[str, Any]] = json.loads(attributes.get("parts", "[]"))
-        self.failure: str = attributes["failure"]
-        self.finished = bool(attributes.get("finished", 0))
-        self.dimensionless = bool(attributes.get("dimensionless", 0))
+        self._result = result
+        try:
+            attributes = read_attributes(result.attrs)
+        except InputError as error:
+            if error.code == "missing":
+                sentence = f"this Dataset is not a result of a study: it has no attribute {error.key}"
+                raise WuchtError(sentence, code="no-result") from None
+            raise
+        self.question, self.summary, self.quantities = attributes.question, attributes.summary, attributes.quantities
+        self.spec, self.machine, self.parts = self.question["study"], self.question["machine"], attributes.parts
+        self.study, self.title, self.sentence = attributes.study, attributes.title, attributes.sentence
+        self.assumed, self.warnings, self.notes = attributes.assumptions, attributes.warnings, attributes.notes
+        self.contents, self.failure = attributes.contents, attributes.failure
+        self.finished, self.dimensionless = attributes.is_finished, attributes.is_dimensionless
+        self.created, self.versions, self.document = attributes.creation, attributes.versions, attributes.document
+        self.faults = attributes.faults
 
     def unit_at(self, path: str) -> str:
         """The unit of a number of the summary by its path, such as ``working_points[0].speed``.

@@ -11,6 +11,7 @@ import os
 import shutil
 import sys
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
@@ -219,7 +220,7 @@ def result_file(path: Path) -> Path:
 
 
 def load_result(path: Path) -> xr.Dataset:
-    """Read a result. A commit of a killed run is finished first.
+    """Read a result. A commit of a killed run is finished first; a warning names what cannot be read but is not indispensable.
 
     Raises ``InputError`` if there is no such file, it was not written by wucht, or it was changed since.
     """
@@ -242,6 +243,9 @@ def load_result(path: Path) -> xr.Dataset:
     if "study" not in result.attrs:
         raise InputError.file_error(path, "this file was not written by wucht: it names no study")
     try:
-        return verify_checksums(result)
+        result = verify_checksums(result)
     except InputError as error:
         raise error.with_file(path) from None
+    for fault in result.wucht.faults:
+        warnings.warn(f"{path}: {fault}", stacklevel=2)
+    return result

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import platform
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from hashlib import sha256
@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.environment import date_of_files
 from wucht.errors import InputError
-from wucht.file_names import date_of_files
+from wucht.results.attributes import read_attributes, table_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,12 +41,12 @@ def verify_checksums(result: xr.Dataset) -> xr.Dataset:
     """
     bare = _without_checksums(result)
     if CHECKSUMS in result.attrs:
-        recorded_sums = _parsed_attribute(result.attrs, CHECKSUMS, dict)
+        recorded_sums = table_in(result, CHECKSUMS)
         checksums = _checksums(bare)
         for name in (*checksums, *recorded_sums):
             if checksums.get(name) != recorded_sums.get(name):
                 raise InputError(name, None, _CHANGE_MESSAGE)
-    check_attributes(bare.attrs)
+    read_attributes(bare.attrs, in_file=True)
     bare.encoding[_NO_CHECKSUMS] = CHECKSUMS not in result.attrs
     return bare
 
@@ -61,68 +62,6 @@ def refuse_edited_values(result: xr.Dataset) -> Iterator[None]:
             raise
         problem = f"its values do not fit together ({type(error).__name__}: {str(error).partition(chr(10))[0]})"
         raise InputError(result.attrs["study"], None, f"this is not a complete result of this study: {problem}") from error
-
-
-def check_attributes(attributes: Mapping[str, Any]) -> None:
-    """Raise ``InputError`` where an attribute that every result has is missing or cannot be read."""
-    for name in ("study", "title", "sentence", "failure"):
-        _typed_attribute(attributes, name, str)
-    for name in ("finished", "dimensionless"):
-        _typed_attribute(attributes, name, (int, float, np.number))
-    _parsed_attribute(attributes, "summary", dict)
-    question = _parsed_attribute(attributes, "input", dict)
-    if not all(isinstance(question.get(part), dict) for part in ("study", "machine")):
-        raise InputError("input", None, "must contain the question and the machine")
-    if "quantities" in attributes:  # results of earlier versions lack it
-        quantities = _parsed_attribute(attributes, "quantities", dict)
-        if not all(map(_is_quantity, quantities.values())):
-            raise InputError("quantities", attributes["quantities"], "must contain a table for each quantity")
-    for name in ("warnings", "notes", "assumed", "contents"):
-        if name == "warnings" or name in attributes:  # results of earlier versions lack the others
-            lines = _parsed_attribute(attributes, name, list)
-            if not all(isinstance(line, str) for line in lines):
-                raise InputError(name, lines, "must be a list of texts")
-    if "parts" in attributes and not all(map(_is_part, _parsed_attribute(attributes, "parts", list))):
-        raise InputError("parts", attributes["parts"], "must be a list of tables, one for each part of the machine")
-
-
-def _is_part(facts: Any) -> bool:
-    """True if the facts of a part have the form in which they are read."""
-    if not isinstance(facts, dict) or not all(isinstance(facts.get(name), str) for name in ("path", "kind", "on")):
-        return False
-    parameters = facts.get("parameters")
-    return isinstance(parameters, dict) and all(
-        isinstance(p, dict) and isinstance(p.get("what"), str) and isinstance(p.get("unit"), str) for p in parameters.values()
-    )
-
-
-def _is_quantity(facts: Any) -> bool:
-    """True if the facts of a quantity have the form in which ``ResultAccessor`` reads them."""
-    if not isinstance(facts, dict) or not isinstance(parts := facts.get("parts", {}), dict):
-        return False
-    headline = facts.get("headline", False)
-    return all(isinstance(part, dict) for part in parts.values()) and isinstance(headline, bool | list)
-
-
-def _typed_attribute(attributes: Mapping[str, Any], name: str, types: type | tuple[type, ...]) -> Any:
-    if name not in attributes:
-        raise InputError(name, None, "this attribute of the result is missing")
-    if not isinstance(attributes[name], types):
-        raise InputError(
-            name, np.asarray(attributes[name]).tolist(), "this attribute of the result has another type than wucht writes"
-        )
-    return attributes[name]
-
-
-def _parsed_attribute(attributes: Mapping[str, Any], name: str, kind: Callable[..., Any]) -> Any:
-    text = _typed_attribute(attributes, name, str)
-    try:
-        value = json.loads(text)
-    except (ValueError, RecursionError):
-        raise InputError(name, text, "this attribute of the result must be JSON") from None
-    if not isinstance(value, kind):  # type: ignore[arg-type]
-        raise InputError(name, text, f"this attribute of the result must be a {kind.__name__} in JSON")
-    return value
 
 
 def _without_checksums(result: xr.Dataset) -> xr.Dataset:

@@ -22,7 +22,10 @@ from wucht.results.store import replace_file
 if TYPE_CHECKING:
     import xarray as xr
 
-_FORMULA = ("=", "+", "@", "-", "\t", "\r")  # first letters of a formula in a spreadsheet
+# How a formula begins in a spreadsheet: also after what it takes for white space, and in the wide letters of East Asia.
+_BLANK = r"[\s\x00-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u2060-\u2064\ufeff]"
+_CARRIAGE_RETURN = re.compile(r"\r\n?")
+_FORMULA = re.compile(rf"[\t\r\n]|{_BLANK}*[=+@\-\uff1d\uff0b\uff20\uff0d]")
 _MOST_ROWS, _MOST_COLUMNS, _LONGEST_TEXT, _LONGEST_TITLE = 1_048_576, 16_384, 32_767, 31  # of a sheet in XLSX
 _NOT_IN_TITLES = re.compile(r"[\[\]:*?/\\']")
 _NOT_IN_CELLS = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")  # letters that XML has not
@@ -117,11 +120,11 @@ def _write_csv(path: Path, table: ResultTable, decimal_comma: bool) -> None:
 
 
 def _csv_cell(cell: Any) -> Any:
-    """A cell of a CSV file: numbers with all their digits."""
+    """A cell of a CSV file: numbers with all their digits. A carriage return, which would end the row, is a line feed."""
     if isinstance(cell, float):
         return "" if math.isnan(cell) else repr(cell)
     if isinstance(cell, str):
-        return _escape_formula(replace_non_utf8(cell))
+        return _escape_formula(_CARRIAGE_RETURN.sub("\n", replace_non_utf8(cell)))
     return int(cell) if isinstance(cell, bool) else cell
 
 
@@ -150,8 +153,8 @@ def _sheet_title(name: str, titles: set[str]) -> str:
 
 
 def _escape_formula(text: str) -> str:
-    """Protect a text from being read as a formula: one that begins like that gets a quotation mark before it."""
-    if not text.startswith(_FORMULA):
+    """Protect a text from being read as a formula: one that begins like that gets a quotation mark before it, a number not."""
+    if not _FORMULA.match(text):
         return text
     try:
         float(text)

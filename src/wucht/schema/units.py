@@ -4,13 +4,17 @@ Angles are radians, so that a speed of one turn a second is 2 pi rad/s. ``Hz`` g
 angular speed given for a frequency is 2 pi times it: 50 Hz, 3000 rpm and 314.159 rad/s are the same.
 
 Units are read as people write them: ``N m``, ``Nm``, ``N*m``, ``N.m``; ``kg m^2``, ``kgm2``, ``kg m²``; ``rpm``, ``RPM``,
-``1/min``, ``U/min``; ``deg``, ``°``, ``grad`` (the German degree; the gradian is ``gon``).
+``1/min``, ``U/min``; ``deg``, ``°``, ``grad`` (the German degree; the gradian is ``gon``). Each unit is written once, with its
+power: ``m/s^2``, not ``m/s/s``. To Pint a radian is 1 and a degree 0.0175, so that an angle too many would only scale a number:
+there is at most one, to the power 1 or -1, and only where the quantity can have one.
 """
 
 from __future__ import annotations
 
 import math
 import re
+from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -106,6 +110,7 @@ _TOGETHER = re.compile(rf"\b(?:([kmM]?N)(?=[a-z])([cm]?m{_TO})?(s{_TO})?|([km]?g
 # Pint computes powers of powers, however long that takes.
 _POWER_SIGN = re.compile(r"\^|\*\*")
 _PLAIN_POWER = re.compile(r"(?:\^|\*\*)\s*\(?\s*[+-]?\d{1,2}(?:\.\d{1,3})?\s*\)?(?!\s*(?:\^|\*\*|[\d.]))")
+_FACTOR = re.compile(r"([/()])|([^\W\d_]\w*)(\s*\^\s*(?:\(\s*-[\d.\s]*\)|-))?")
 _LONGEST = 60  # characters of a unit
 _DEGREE = re.compile(r"\b[Gg]rad\b|°(?!C)")
 _OHM = re.compile(r"\b([mkM]?)Ohm\b")
@@ -177,6 +182,8 @@ def _factor(unit: str, si: str, requirement: str) -> float:
         raise FieldError(
             f"{requirement}; Hz counts turns, so that {unit!r} is not clear: write it with s or rad/s", code="unclear-unit"
         )
+    _refuse_repeated(unit, plain, requirement)
+    _refuse_angles(unit, pint_unit, si, requirement)
     if si == "rad/s":
         turns = "hertz" in names
         if not turns and not any(angle in names for angle in ("radian", "degree", "turn", "revolution", "rpm", "grad", "arc")):
@@ -185,6 +192,55 @@ def _factor(unit: str, si: str, requirement: str) -> float:
             )
         return factor * (2 * math.pi if turns else 1.0)
     return factor
+
+
+def _refuse_repeated(unit: str, plain: str, requirement: str) -> None:
+    """Raise ``FieldError`` for a unit that has a name more than once above the stroke, or below it."""
+    for (name, _), count in Counter(_signed_names(plain)).items():
+        if count > 1:
+            remedy = f"write {name} once, with its power, as in m/s^2"
+            raise FieldError(f"{requirement}; {unit!r} has {name} more than once: {remedy}", code="repeated-unit")
+
+
+def _signed_names(unit: str) -> Iterator[tuple[str, int]]:
+    """The names in a unit, each with 1 above the stroke, -1 below it. A stroke is for the next factor, as to Pint."""
+    signs, sign = [1], 1  # of the brackets that are open, and of the next factor in the innermost
+    for mark, name, negative_power in _FACTOR.findall(unit):
+        if mark == "(":
+            signs.append(signs[-1] * sign)
+        elif mark == ")":
+            signs = signs[:-1] or [1]
+        elif name:
+            yield name, signs[-1] * sign * (-1 if negative_power else 1)
+        sign = -1 if mark == "/" else 1
+
+
+def _refuse_angles(unit: str, pint_unit: Any, si: str, requirement: str) -> None:
+    """Raise ``FieldError`` for angles in a unit that has the right dimension to Pint, but no meaning as that quantity.
+
+    Allowed is the power of the angle in the SI unit, or none: N m for N m/rad. Where the SI unit has no angle, one is allowed
+    in a number, in 1/s, and where the quantity is made of work, time and current: V s/rad for Wb, N m/rpm for N m s.
+    """
+    powers = _angle_powers(pint_unit)
+    if not powers or powers == (of_si := _angle_powers(_registry().parse_units(si))):
+        return
+    dimension = pint_unit.dimensionality
+    has_place = not dimension or set(dimension) == {"[time]"} or (dimension.get("[mass]"), dimension.get("[length]")) == (1, 2)
+    if of_si or not has_place or powers not in ([1], [-1]):
+        raise FieldError(f"{requirement}; the angles in {unit!r} are not those of this quantity", code="angle")
+
+
+def _angle_powers(pint_unit: Any) -> list[float]:
+    """The powers of the angles in a unit."""
+    items: Any = _registry().Quantity(1.0, pint_unit).unit_items()
+    return [power * of_angle for name, power in items if (of_angle := _power_of_angle(name))]
+
+
+@lru_cache
+def _power_of_angle(name: str) -> float:
+    """The power of the angle in a unit of one name; Hz counts turns."""
+    base: Any = _registry().Quantity(1.0, name).to_base_units()
+    return 1.0 if "hertz" in name else float(dict(base.unit_items()).get("radian", 0.0))
 
 
 def _logger_factor(unit: str, si: str) -> float | None:

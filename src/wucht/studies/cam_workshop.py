@@ -21,8 +21,8 @@ from wucht.cams.workshop.heading import Heading
 from wucht.cams.workshop.lists import Separator
 from wucht.cams.workshop.plc import Form
 from wucht.cams.workshop.points import PointList
+from wucht.environment import date_of_files
 from wucht.errors import InputError
-from wucht.file_names import date_of_files
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.results.provenance import versions
 from wucht.results.store import prepare_folder

@@ -12,8 +12,12 @@ export interface Shown {
 /** A link that cannot be read: its message is a sentence. */
 export class LinkError extends Error {}
 
+const INSTEAD = "The machine is shown with its file’s values.";
+const OTHER = "The link is of another machine: this one has";
+
 type Table = Record<string, number>;
 
+/** What a link is written from. */
 interface Stored {
   until?: number;
   parameters?: Table;
@@ -51,60 +55,86 @@ function changedValues(values: readonly number[], original: readonly number[], n
   return Object.fromEntries(values.flatMap((value, i) => (Object.is(value, original[i]) ? [] : [[name(i), value]])));
 }
 
-/** What a text after `#` shows. Throws `LinkError`. */
+/** What a text after `#` shows: it may be anything. Throws `LinkError`. */
 export function readLink(text: string, original: Scenario, machine: LiveMachine): Shown {
-  let stored: Stored;
+  let content: unknown;
   try {
-    stored = JSON.parse(decodeURIComponent(text)) as Stored;
+    content = JSON.parse(decodeURIComponent(text));
   } catch {
-    throw new LinkError("The link is damaged. The machine is shown with its file’s values.");
+    throw new LinkError(`The link is damaged. ${INSTEAD}`);
   }
-  const paths = machine.parameters.map((parameter) => parameter.path);
-  const names = machine.states.map((state) => state.name);
-  const until = stored.until === undefined ? original.until : finiteNumber(stored.until, "until");
-  if (!(until > 0))
-    throw new LinkError(
-      "The link cannot be used: until must be greater than 0. The machine is shown with its file’s values.",
-    );
+  const stored = asTable(content, "its content");
+  const until = stored.until === undefined ? original.until : asNumber(stored.until, "until");
+  if (!(until > 0)) throw unusable("until", "greater than 0");
   return {
     scenario: {
-      parameters: withTable(original.parameters, stored.parameters, paths),
-      start: withTable(original.start, stored.start, names),
+      parameters: withTable(original.parameters, stored.parameters, machine.parameters.map((one) => one.path), "parameters"),
+      start: withTable(original.start, stored.start, machine.states.map((one) => one.name), "start"),
       until,
-      changes: (stored.changes ?? []).map(({ time, parameters, state }) => ({
-        time: finiteNumber(time, "time"),
-        parameters: Object.entries(parameters ?? {}).map(
-          ([path, value]) => [indexOf(paths, path), finiteNumber(value, path)] as const,
-        ),
-        state: state === undefined ? null : stateValues(state, names.length),
-      })),
+      changes: stored.changes === undefined ? [] : readChanges(stored.changes, machine),
     },
-    time: stored.time === undefined ? 0 : finiteNumber(stored.time, "time"),
-    stroboscopic: stored.stroboscopic === true,
+    time: stored.time === undefined ? 0 : asNumber(stored.time, "time"),
+    stroboscopic: stored.stroboscopic !== undefined && asBoolean(stored.stroboscopic, "stroboscopic"),
   };
 }
 
-function withTable(values: readonly number[], table: Table | undefined, names: readonly string[]): number[] {
+function readChanges(content: unknown, machine: LiveMachine): Change[] {
+  const paths = machine.parameters.map((parameter) => parameter.path);
+  const changes = asList(content, "changes").map((one): Change => {
+    const { time, parameters, state } = asTable(one, "a change");
+    return {
+      time: asNumber(time, "the time of a change"),
+      parameters: parameters === undefined ? [] : entries(parameters, paths, "parameters of a change"),
+      state: state === undefined ? null : asState(state, machine.states.length),
+    };
+  });
+  if (changes.some((change, i) => change.time < (i === 0 ? 0 : changes[i - 1]!.time)))
+    throw unusable("changes", "in the order of their times, from 0 on");
+  return changes;
+}
+
+function withTable(values: readonly number[], table: unknown, names: readonly string[], name: string): number[] {
   const changed = [...values];
-  for (const [name, value] of Object.entries(table ?? {})) changed[indexOf(names, name)] = finiteNumber(value, name);
+  if (table !== undefined) for (const [index, value] of entries(table, names, name)) changed[index] = value;
   return changed;
 }
 
-function indexOf(names: readonly string[], name: string): number {
-  const index = names.indexOf(name);
-  if (index < 0)
-    throw new LinkError(`The link is of another machine: this one has no ${name}. It is shown with its file’s values.`);
-  return index;
+/** The numbers of a table, each with the index of its name. */
+function entries(content: unknown, names: readonly string[], name: string): (readonly [number, number])[] {
+  return Object.entries(asTable(content, name)).map(([key, value]) => {
+    const index = names.indexOf(key);
+    if (index < 0) throw new LinkError(`${OTHER} no ${key}. ${INSTEAD}`);
+    return [index, asNumber(value, key)] as const;
+  });
 }
 
-function finiteNumber(value: unknown, name: string): number {
-  if (typeof value === "number" && Number.isFinite(value)) return value;
-  throw new LinkError(`The link cannot be used: ${name} must be a number. The machine is shown with its file’s values.`);
+function asState(content: unknown, count: number): number[] {
+  const state = asList(content, "the state of a change");
+  if (state.length !== count)
+    throw new LinkError(`${OTHER} ${count} states. ${INSTEAD}`);
+  return state.map((value) => asNumber(value, "a state"));
 }
 
-function stateValues(state: readonly number[], count: number): number[] {
-  if (!Array.isArray(state) || state.length !== count) {
-    throw new LinkError(`The link is of another machine: this one has ${count} states. It is shown with its file’s values.`);
-  }
-  return state.map((value) => finiteNumber(value, "a state"));
+function asTable(content: unknown, name: string): Readonly<Record<string, unknown>> {
+  if (typeof content === "object" && content !== null && !Array.isArray(content)) return content as Record<string, unknown>;
+  throw unusable(name, "a table");
+}
+
+function asList(content: unknown, name: string): readonly unknown[] {
+  if (Array.isArray(content)) return content;
+  throw unusable(name, "a list");
+}
+
+function asNumber(content: unknown, name: string): number {
+  if (typeof content === "number" && Number.isFinite(content)) return content;
+  throw unusable(name, "a number");
+}
+
+function asBoolean(content: unknown, name: string): boolean {
+  if (typeof content === "boolean") return content;
+  throw unusable(name, "true or false");
+}
+
+function unusable(name: string, expected: string): LinkError {
+  return new LinkError(`The link cannot be used: ${name} must be ${expected}. ${INSTEAD}`);
 }

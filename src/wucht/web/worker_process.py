@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import queue
 import subprocess
 import sys
@@ -12,6 +11,8 @@ from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
+
+from wucht.environment import environment_of_libraries
 
 JUDGING_S = 20.0  # of a verdict, and of the one with which a page begins
 MAKING_S = 120.0  # of a page: the equations of many bodies take a minute
@@ -134,11 +135,10 @@ class WorkerProcess:
 
     def _running_process(self) -> subprocess.Popen[str]:
         if self._process is None:
-            threads = {"OPENBLAS_NUM_THREADS": "1"} if "OMP_NUM_THREADS" not in os.environ else {}
             self._lines = queue.SimpleQueue()
             self._process = subprocess.Popen(
                 [sys.executable, "-P", "-m", "wucht.web.live_worker"],  # -P: no module is imported from the folder
-                cwd=self._folder, env=threads | dict(os.environ), text=True, encoding="utf-8", bufsize=1,
+                cwd=self._folder, env=environment_of_libraries(), text=True, encoding="utf-8", bufsize=1,
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             )  # fmt: skip
             threading.Thread(target=_read_lines, args=(self._process, self._lines), daemon=True).start()

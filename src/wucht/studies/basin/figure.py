@@ -14,6 +14,7 @@ from wucht.plots.scales import multiples_of_pi
 from wucht.plots.sheet import colour_bar, legend_beside, new_grid
 from wucht.plots.stability_lines import draw_region, field
 from wucht.plots.style import GREY
+from wucht.results.attributes import number_in
 from wucht.results.formatting import parameter_in_words, percent, printed_unit, with_unit
 from wucht.studies.basin.system_basin_figure import system_basin_figure
 
@@ -69,7 +70,7 @@ def _outcomes(axis: Axes, result: xr.Dataset, prefix: str) -> list[Any]:
 
 
 def _image(axis: Axes, result: xr.Dataset, values: np.ndarray, **look: Any) -> Any:
-    extent = tuple(result.attrs[f"{k}_{end}"] for k in "xy" for end in ("low", "high"))
+    extent = (*_ends(result, "x"), *_ends(result, "y"))
     # Colours are computed for the pixels of the picture: those of a million cells would take a hundred megabytes.
     look |= {"interpolation": "nearest", "interpolation_stage": "data"}
     return axis.imshow(values, origin="lower", extent=extent, aspect="auto", **look)
@@ -80,10 +81,15 @@ def _hatches(axis: Axes, result: xr.Dataset, outcome: np.ndarray, looks: dict[in
     rows, columns = (((np.arange(_HATCH_POINTS) + 0.5) / _HATCH_POINTS * n).astype(int) for n in outcome.shape)
     outcome_samples = outcome[np.ix_(rows, columns)]
     share = np.r_[0.0, (np.arange(_HATCH_POINTS) + 0.5) / _HATCH_POINTS, 1.0]
-    x, y = (result.attrs[f"{k}_low"] + share * (result.attrs[f"{k}_high"] - result.attrs[f"{k}_low"]) for k in "xy")
+    x, y = (low + share * (high - low) for low, high in (_ends(result, "x"), _ends(result, "y")))
     for k, (tone, hatch) in looks.items():
         if hatch:
             draw_region(axis, x, y, np.pad(outcome_samples == k, 1, mode="edge"), hatch, _edge(tone))
+
+
+def _ends(result: xr.Dataset, axis: str) -> tuple[float, float]:
+    """Return the ends of an axis of the map."""
+    return number_in(result, f"{axis}_low"), number_in(result, f"{axis}_high")
 
 
 def _edge(colour: str) -> str:

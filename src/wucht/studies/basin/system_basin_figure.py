@@ -13,6 +13,7 @@ from wucht.plots.scales import multiples_of_pi
 from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.stability_lines import entry, field
 from wucht.plots.style import GREY
+from wucht.results.attributes import number_in, text_in
 from wucht.results.formatting import percent
 
 if TYPE_CHECKING:
@@ -69,9 +70,9 @@ def _share_text(s: dict[str, Any], label: str, is_unstable: bool) -> str:
 def _draw_limit_sets(axis: Axes, result: xr.Dataset, unstable: Mapping[str, str]) -> None:
     """Draw the attractors, and what is unstable otherwise: an equilibrium as a cross, an orbit dashed."""
     names = [str(n) for n in result.state.values]
-    rows = [names.index(str(result.attrs[f"{k}_axis"])) for k in "xy"]
-    turning = np.array([result.attrs[f"{k}_is_angle"] for k in "xy"]) > 0
-    begin = float(result.attrs["x_low"]), float(result.attrs["y_low"])
+    rows = [names.index(text_in(result, f"{k}_axis")) for k in "xy"]
+    turning = np.array([number_in(result, f"{k}_is_angle") for k in "xy"]) > 0
+    begin = number_in(result, "x_low"), number_in(result, "y_low")
     kinds = {a["label"]: a["kind"] for a in result.wucht.summary["attractors"]}
     for samples, name in zip(result.attractor_states.values, result.attractor.values.astype(str), strict=True):
         look = _SADDLES[unstable[name]][1] if name in unstable else {}

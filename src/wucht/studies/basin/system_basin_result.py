@@ -11,6 +11,7 @@ from wucht.dynamics.limit_sets.basins import DIVERGES, FAILED, NEUTRAL, NOT_SETT
 from wucht.dynamics.limit_sets.descriptions import numbers_of, sentence_of
 from wucht.dynamics.limit_sets.limit_set import LimitSet
 from wucht.dynamics.sampling.label_maps import share, uncertainty
+from wucht.results.attributes import text_in
 from wucht.results.formatting import percent, report_lines
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.studies.basin.system_basin import SystemBasinFindings, SystemBasinPlan
@@ -153,7 +154,7 @@ def system_basin_report(result: xr.Dataset) -> list[str]:
     finest = result["refined_outcome" if "refined_outcome" in result else "outcome"]
     cells = " x ".join(str(count) for count in finest.shape[::-1])
     lines: list[tuple[str, Any]] = [("map", f"{cells} cells over {' and '.join(s['axes'])}"), ("runs", str(s["runs"]))]
-    sentences = result.attrs["attractor_sentences"].split("\n")
+    sentences = text_in(result, "attractor_sentences").split("\n")
     lines += [("saddle" if _NO_AREA in line else "attractor", line) for line in sentences if line]
     lines.append(("shares", "± holds in 19 of 20 cases"))
     return report_lines(result, s["sentence"], lines)

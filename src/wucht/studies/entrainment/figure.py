@@ -15,6 +15,7 @@ from wucht.plots.scales import name_speeds, parameter_label
 from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.stability_lines import draw_classes, extend_both_ways
 from wucht.plots.style import COLOURS, FREE, GREY, line_style
+from wucht.results.attributes import number_in, text_in
 from wucht.results.formatting import with_unit
 from wucht.studies.entrainment.dataset import band_in_words
 
@@ -27,7 +28,7 @@ _ORBIT_STYLE: dict[str, Any] = {"color": COLOURS[6], "markersize": 3.5, "markerf
 
 def figure(result: xr.Dataset) -> Figure:
     """Draw two panels from the Dataset alone: phases in degrees, stable solid and unstable dashed; and the mean speed."""
-    summary, unit = result.wucht.summary, result.attrs["along_unit"]
+    summary, unit = result.wucht.summary, text_in(result, "along_unit")
     subtitle, existence_band, capture_band = str(result.attrs["sentence"]), summary["existence_band"], summary["band_from_rest"]
     if result.attrs["finished"] and existence_band is not None:
         start = (
@@ -144,7 +145,8 @@ def _stability_part(
 def _speeds(axis: Axes, result: xr.Dataset, main_branch: int | None) -> None:
     """Draw the mean speeds of the runs, filled where entrained, and the speed without vibration."""
     x, y, is_entrained = result.run_value.values, result.run_speed.values, result.run_taken.values.astype(bool)
-    frequency, free = result.attrs.get("frequency"), np.abs(result.free_speed.values)
+    frequency = number_in(result, "frequency") if "frequency" in result.attrs else None
+    free = np.abs(result.free_speed.values)
     for k in np.unique(result.branch.values[result.stable.values == 1]) if frequency is None else ():
         branch = result.isel(point=result.branch.values == k)
         style = (

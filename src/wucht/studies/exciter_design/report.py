@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from wucht.results.attributes import text_in
 from wucht.results.formatting import formats, report_lines
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ def report(result: xr.Dataset) -> list[str]:
 
     target, motions = s["target"], ", ".join(f"{n} {name}" for name, n in s["motions"].items() if n)
     lines = [
-        ("signal", str(result.attrs["signal"])),
+        ("signal", text_in(result, "signal")),
         (
             "target",
             f"{target['cycles']:.4g} cycles, amplitudes {size(target['ratio'] * target['upper'])} to {size(target['upper'])}",

@@ -11,6 +11,7 @@ from wucht.plots.scales import name_speeds
 from wucht.plots.sheet import draw_panels
 from wucht.plots.style import COLOURS, line_style
 from wucht.plots.time_courses import draw_mean_and_range
+from wucht.results.attributes import text_in
 from wucht.results.formatting import abscissa_label, label, printed_unit, with_unit
 
 _MOST_MARKED = 60  # readings drawn with a mark each
@@ -48,7 +49,7 @@ def _load(axis: Axes, result: xr.Dataset) -> None:
     is_finite = np.isfinite(high) & np.isfinite(low)
     draw_mean_and_range(axis, time[is_finite], None, (low[is_finite], high[is_finite]), color=COLOURS[0])
     _mark_failure(axis, result, "reading_time")
-    axis.set(title="load of the specimen", ylabel=with_unit(result.attrs["signal"], unit))
+    axis.set(title="load of the specimen", ylabel=with_unit(text_in(result, "signal"), unit))
 
 
 def _alarm(axis: Axes, result: xr.Dataset) -> None:

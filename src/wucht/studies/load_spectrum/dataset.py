@@ -10,6 +10,7 @@ import numpy as np
 from wucht.dynamics.run_ups.bearing_loads import bearing_warnings, lives_of
 from wucht.dynamics.run_ups.machine_signals import LoadHistory
 from wucht.fatigue.counted_cycles import RangeMeanMatrix, frequency_distance
+from wucht.results.attributes import text_in
 from wucht.results.bearing_text import life_text
 from wucht.results.formatting import report_lines, unit_in_print
 from wucht.results.quantities import Quantity, result_dataset
@@ -226,7 +227,7 @@ def report(result: xr.Dataset) -> list[str]:
     s = result.wucht.summary
     unit = f" {s['unit']}" if s["unit"] else ""
     time_unit = "" if result.attrs["dimensionless"] else " s"
-    lines = [("signal", f"{result.attrs['signal']}, from {s['begin']:.6g} to {s['end']:.6g}{time_unit}")]
+    lines = [("signal", f"{text_in(result, 'signal')}, from {s['begin']:.6g} to {s['end']:.6g}{time_unit}")]
     if s["outcome"] is not None:
         lines.append(("machine", str(s["outcome"])))
     lines.append(("counting", f"{s['counting']}; {_RESIDUES[s['residue']]}"))

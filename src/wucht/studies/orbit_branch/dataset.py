@@ -11,6 +11,7 @@ from wucht.dynamics.branches.first_orbits import LONGEST
 from wucht.dynamics.branches.orbit_branches import PeriodicBranch
 from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings, ReportedOrbit
 from wucht.numerics.periodic.branch_ends import CLOSED_BRANCH, NOT_IDENTIFIED, PERIOD_LIMIT, BranchEnd, significant_value
+from wucht.results.attributes import number_in, text_in
 from wucht.results.formatting import formats
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.studies.orbit_branch.computation import Plan
@@ -292,7 +293,7 @@ def report(result: xr.Dataset) -> list[str]:
     for k, branch in enumerate(s["branches"]):
         extent, *stable_stretches = (_range_text(ends, s["along_unit"]) for ends in (branch["range"], *branch["stable"]))
         winding = ", ".join(f"{name} {turns:+d}" for name, turns in branch["winding"].items())
-        rotation = f"; turns a period: {winding}" if winding else "; all angles return" if result.attrs["angles"] else ""
+        rotation = f"; turns a period: {winding}" if winding else "; all angles return" if number_in(result, "angles") else ""
         stable = f"stable at {along} from {', '.join(stable_stretches)}" if stable_stretches else "nowhere stable"
         lines.append(f"  branch {k + 1}     from {branch['begun']}: {along} from {extent}, {stable}{rotation}")
         lines += [f"    end        {end['sentence']}" for end in s["ends"] if end["branch"] == k]
@@ -306,7 +307,7 @@ def report(result: xr.Dataset) -> list[str]:
     lines += [_orbit_line(result, o, along, unit) for o in s["orbits"][:_MOST] if not o["kind"]]
     if len(s["orbits"]) > _MOST:
         lines.append(f"  and {len(s['orbits']) - _MOST} more orbits: see the Dataset")
-    if result.attrs["rotor"] and s["branches"]:
+    if number_in(result, "rotor") and s["branches"]:
         disturbances = "disturbances with equal phases of the bodies only" if s["section"] else "all disturbances"
         lines.append(f"  stability    in the averaged equations, of {disturbances}; exponents: per unit of time")
     return lines
@@ -319,11 +320,11 @@ def _period(result: xr.Dataset, one: dict[str, Any]) -> str:
 
 
 def _orbit_line(result: xr.Dataset, o: dict[str, Any], along: str, unit: str) -> str:
-    speed = formats(result)[0] if result.attrs["rotor"] else "{:.6g}".format
+    speed = formats(result)[0] if number_in(result, "rotor") else "{:.6g}".format
     largest = o["exponents"][0] if o["exponents"] else None
     word = "" if o["stable"] is None else (", stable" if o["stable"] else ", unstable")
     growth = "" if largest is None else f", largest exponent {largest[0]:.5g}{word}"
-    state = result.attrs["state"]
+    state = text_in(result, "state")
     low, high = (speed(o[f"{end}_{state or 'speed'}"]) for end in ("min", "max"))
     range_ = f"{state} {low} to {high}".lstrip()
     return f"  orbit        {along} = {o['value']:.9g}{unit}: {_period(result, o)}, {range_}{growth}"

@@ -14,6 +14,7 @@ from wucht.plots.scales import parameter_label
 from wucht.plots.sheet import legend_below, new_grid, rpm_axis, sheet_of
 from wucht.plots.stability_lines import Symbol, draw_kinds, entry, equal_stretches, kind_entries
 from wucht.plots.style import COLOURS, shades
+from wucht.results.attributes import number_in, text_in
 from wucht.results.formatting import formula_in_print, label, printed_unit, with_unit
 
 _STABLE: dict[str, Any] = {"linestyle": "-", "linewidth": 1.8, "zorder": 3}
@@ -47,7 +48,7 @@ def figure(result: xr.Dataset) -> Figure:
     _extremes(axes[0], result)
     if orbits:
         _periods(axes[2], result)
-        course = "orbit_state" if result.attrs["state"] else "orbit_speed"
+        course = "orbit_state" if text_in(result, "state") else "orbit_speed"
         _runs(axes[1], result, drawn_orbits, course)
         vibrates = "orbit_amplitude" in result and bool(np.isfinite(result.orbit_amplitude.values).any())
         if result.sizes.get("state", 0) > 1:
@@ -61,7 +62,7 @@ def figure(result: xr.Dataset) -> Figure:
 
 
 def _extremes(axis: Axes, result: xr.Dataset) -> None:
-    state = str(result.attrs["state"])
+    state = text_in(result, "state")
     least, largest = (f"{end}_{state or 'speed'}" for end in ("min", "max"))
     value, low, high = (result[name].values for name in ("value", least, largest))
     steady = [result[f"steady_{name}"].values for name in ("value", "state" if state else "speed", "stable")]
@@ -76,13 +77,13 @@ def _extremes(axis: Axes, result: xr.Dataset) -> None:
         if kind in _ENDS and np.isfinite(y):
             axis.plot(x, y, _ENDS[kind][0], color="black", markersize=6, zorder=6)
     unit = str(result[least].attrs["units"])
-    axis.set_ylabel(state or with_unit(str(result.attrs["shown"]), unit))
+    axis.set_ylabel(state or with_unit(text_in(result, "shown"), unit))
     rpm_axis(axis, unit)
     _abscissa(axis, result)
 
 
 def _periods(axis: Axes, result: xr.Dataset) -> None:
-    name = "period_phi" if result.attrs["rotor"] else "period"
+    name = "period_phi" if number_in(result, "rotor") else "period"
     value, period = result.value.values, result[name].values
     for k, at in enumerate(_branch_points(result.branch.values)):
         _pieces(axis, value[at], [period[at]], result.stable.values[at], _colour(k))
@@ -93,13 +94,13 @@ def _periods(axis: Axes, result: xr.Dataset) -> None:
     if len(period):
         least = [period[at].min() for at in _branch_points(result.branch.values) if len(at)]
         axis.set_ylim(0, min(1.05 * period.max(), _SHOWN_GROWTH * max(least)))  # a part of each branch
-    axis.set_ylabel("period, angle of the main rotor (rad)" if result.attrs["rotor"] else label(result, name))
+    axis.set_ylabel("period, angle of the main rotor (rad)" if number_in(result, "rotor") else label(result, name))
     _abscissa(axis, result)
 
 
 def _abscissa(axis: Axes, result: xr.Dataset) -> None:
     axis.locator_params(axis="x", nbins=_TICKS)  # small values are long numbers
-    axis.set(xlim=(result.attrs["low"], result.attrs["high"]), xlabel=parameter_label(result))
+    axis.set(xlim=(number_in(result, "low"), number_in(result, "high")), xlabel=parameter_label(result))
 
 
 def _branch_points(branch: np.ndarray) -> list[np.ndarray]:
@@ -143,25 +144,25 @@ def _drawn_orbits(result: xr.Dataset) -> list[int]:
 
 def _runs(axis: Axes, result: xr.Dataset, drawn_orbits: list[int], name: str, share: bool = False) -> None:
     """Draw orbits over the rotor's angle, or time, or the share of their period."""
-    abscissa = "orbit_turned" if result.attrs["rotor"] else "orbit_time"
+    abscissa = "orbit_turned" if number_in(result, "rotor") else "orbit_time"
     factor, unit = printed_unit(result, name)
     for k, look in zip(drawn_orbits, _orbit_styles(result, drawn_orbits), strict=True):
         x, y = result[abscissa].values[k], factor * result[name].values[k]
-        ordinate = result["orbit_state" if result.attrs["state"] else "orbit_speed"].values[k, :-1]
+        ordinate = result["orbit_state" if text_in(result, "state") else "orbit_speed"].values[k, :-1]
         begin = int(ordinate.argmin())  # at the least value
         x = np.concatenate([x[begin:-1], x[-1] + x[: begin + 1]]) - x[begin]
         y = np.concatenate([y[begin:-1], y[: begin + 1]])
         axis.plot(x / x[-1] if share else x, y, **look)
     axis.set(
         xlabel="share of the period" if share else label(result, abscissa),
-        ylabel=result.attrs["state"] or label(result, name, unit),
+        ylabel=text_in(result, "state") or label(result, name, unit),
     )
 
 
 def _phase_space(axis: Axes, result: xr.Dataset, drawn_orbits: list[int]) -> None:
     """Draw orbits projected on the state of the other panels and on the first other one, if possible one that is no angle."""
     names, turning = result.state.values.astype(str).tolist(), result.turning.values > 0
-    first = names.index(str(result.attrs["state"]))
+    first = names.index(text_in(result, "state"))
     second = min((k for k in range(len(names)) if k != first), key=lambda k: bool(turning[k]))
     for k, look in zip(drawn_orbits, _orbit_styles(result, drawn_orbits), strict=True):
         states = result.orbit_states.values[k, [first, second]]
@@ -185,7 +186,7 @@ def _legend(result: xr.Dataset, drawn_orbits: list[int]) -> list[Any]:
     handles += [entry(name, color="black", linestyle="", marker=marker, markersize=6) for marker, name in ends]
     if drawn_orbits and ends:
         handles.append(entry("end of the orbits", **_END))
-    path, unit = str(result.attrs["along"]), result.attrs["along_unit"]
+    path, unit = text_in(result, "along"), text_in(result, "along_unit")
     before = f"{formula_in_print(path)} = " if len(path) <= _SHORT else "at "
     for k, look in zip(drawn_orbits, _orbit_styles(result, drawn_orbits), strict=True):
         handles.append(entry(f"{before}{result.orbit_value.values[k]:.4g} {unit}".rstrip(), **look))

@@ -14,6 +14,7 @@ from wucht.numerics.angles import wrap_to_pi
 from wucht.numerics.phase_plane.fixed_points import DEGENERATE, SADDLE, STABLE, FixedPoint
 from wucht.numerics.phase_plane.manifolds import Manifold
 from wucht.numerics.phase_plane.phase_curves import CLOSED_CURVE, FAILURE, FIXED_POINT, KINKS, LENGTH, PhaseCurve
+from wucht.results.attributes import text_in
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.studies.phase_portrait.computation import Findings, Plan, PortraitCase, PortraitFindings
 from wucht.studies.phase_portrait.state_projection import (
@@ -326,9 +327,9 @@ def report(result: xr.Dataset) -> list[str]:
         lines += [f"verdict: {s['sentence']}", *_portrait_lines(s)]
     for case in s.get("cases", []):
         lines += [f"{case['label']}: {case['sentence']}", *_portrait_lines(case)]
-    if result.attrs["model"]:
+    if text_in(result, "model"):
         advice = "study.kind = 'approximation' compares them with the full equations"
-        lines.append(f"  equations: {result.attrs['model']}; {advice}")
+        lines.append(f"  equations: {text_in(result, 'model')}; {advice}")
     return lines
 
 

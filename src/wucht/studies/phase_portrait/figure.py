@@ -14,6 +14,7 @@ from wucht.plots.scales import fraction_of_pi
 from wucht.plots.sheet import legend_below, new_grid
 from wucht.plots.stability_lines import entry
 from wucht.plots.style import COLOURS
+from wucht.results.attributes import number_in, text_in
 from wucht.results.formatting import with_unit
 from wucht.studies.phase_portrait.state_projection_figure import draw_projection
 
@@ -40,7 +41,7 @@ def figure(result: xr.Dataset) -> Figure:
     """Draw a panel for each portrait, from the Dataset alone."""
     if "equilibria" in result:
         return draw_projection(result)
-    cases, model = result.sizes.get("case", 1), result.attrs["model"]
+    cases, model = result.sizes.get("case", 1), text_in(result, "model")
     columns = 1 if cases == 1 else 2 if cases in (2, 4) else _FEW
     subtitle = result.attrs["sentence"].replace(f"{model}: ", f"{model}\n", 1) if cases == 1 else ""
     height = 4.2 if cases == 1 else 2.4 if columns == 2 else 1.9
@@ -62,7 +63,7 @@ def _portraits(result: xr.Dataset) -> list[xr.Dataset]:
 
 def _order(result: xr.Dataset) -> list[int]:
     """Return the indices of the states of the abscissa and of the ordinate."""
-    return [int(result.attrs["abscissa"]), 1 - int(result.attrs["abscissa"])]
+    return [int(number_in(result, "abscissa")), 1 - int(number_in(result, "abscissa"))]
 
 
 def _panel(axis: Axes, one: xr.Dataset) -> None:
@@ -149,7 +150,7 @@ def _scales(axis: Axes, result: xr.Dataset) -> None:
     for i, one in zip(_order(result), (axis.xaxis, axis.yaxis), strict=True):
         name, unit = str(result.state_label.values[i]), str(result.state_unit.values[i])
         symbol = {"psi": "$\\psi$", "speed": "$\\omega$"}.get(str(result.state.values[i]), "")
-        one.set_label_text(with_unit(f"{name} {symbol}".strip() if result.attrs["section"] else name, unit))
+        one.set_label_text(with_unit(f"{name} {symbol}".strip() if number_in(result, "section") else name, unit))
         if result.turn.values[i]:
             low, high = result.drawn.values[i]
             parts = 2 if high - low <= 2.1 * math.pi else 1

@@ -24,6 +24,7 @@ from wucht.plots.time_courses import (
     shown_until,
     without_steps,
 )
+from wucht.results.attributes import text_in
 from wucht.results.formatting import abscissa_label, label, printed_unit, with_unit
 from wucht.studies.run_up.system_run_figure import system_run_figure
 
@@ -62,7 +63,7 @@ def figure(result: xr.Dataset) -> Figure:
     panels, apart = _panels(view), _panels_apart(view)
     heights = [h * (_LOW if len(panels) > len(_PANELS) else 1.0) for h, _ in panels]
     heights += [max(h for h, _ in apart)] if apart else []
-    subtitle = f"{result.attrs['outcome']}: {result.attrs['sentence']}"
+    subtitle = f"{text_in(result, 'outcome')}: {result.attrs['sentence']}"
     fig, axes = sheet.new_figure(len(panels), result.attrs["title"], subtitle, heights, apart=len(apart))
     for axis, (_, draw) in zip(axes, [*panels, *apart], strict=True):
         draw(axis, view)

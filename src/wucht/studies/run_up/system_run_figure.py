@@ -11,6 +11,7 @@ from wucht.plots.curves import draw_swings, thin_curve
 from wucht.plots.limit_set_curves import TRANSIENT, draw_limit_set, wrapped_curve
 from wucht.plots.sheet import labelled_handles, legend_below, new_figure
 from wucht.plots.style import COLOURS, MOST_LOOKS, line_style, shades
+from wucht.results.attributes import text_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,7 +32,7 @@ def system_run_figure(result: xr.Dataset) -> Figure:
     names = [str(n) for n in result.state.values]
     panels, plane = min(len(names), _MOST_PANELS), _plane(result)
     many = "case" in result.dims
-    subtitle = str(result.attrs["sentence"]) if many else f"{result.attrs['outcome']}: {result.attrs['sentence']}"
+    subtitle = str(result.attrs["sentence"]) if many else f"{text_in(result, 'outcome')}: {result.attrs['sentence']}"
     heights = [_PANEL] * panels + [_PLANE] * len(plane)
     fig, axes = new_figure(panels, result.attrs["title"], subtitle, heights, apart=len(plane))
     draw = _draw_many if many else _draw_one
@@ -54,7 +55,7 @@ def _draw_one(courses: list[Axes], planes: list[Axes], pairs: list[tuple[int, in
     courses[0].set_xlim(time[0], time[-1] if len(time) > 1 else time[0] + 1.0)
     for axis, pair in zip(planes, pairs, strict=True):
         rows, limit = list(pair), result.limit_states.values[list(pair)]
-        turning, outcome = result.is_angle.values[rows] > 0, str(result.attrs["outcome"])
+        turning, outcome = result.is_angle.values[rows] > 0, text_in(result, "outcome")
         if outcome == "equilibrium" or not limit.shape[1]:
             axis.plot(*wrapped_curve(result.states.values[rows], turning), **TRANSIENT)
         if limit.shape[1]:

@@ -15,6 +15,7 @@ from wucht.plots.page import small
 from wucht.plots.sheet import legend_beside, new_figure, rpm_axis
 from wucht.plots.stability_lines import Symbol, draw_kinds, entry, equal_stretches, kind_entries, smooth_curve
 from wucht.plots.style import COLOURS, GREY, GUIDE, shades
+from wucht.results.attributes import number_in, text_in
 from wucht.results.formatting import label, parameter_in_words, printed_unit, units_in_print, with_unit
 
 Transform = Callable[[np.ndarray, np.ndarray], np.ndarray]  # (values of the parameter, variable) -> ordinate
@@ -67,8 +68,8 @@ def figure(result: xr.Dataset) -> Figure:
         _plane(axes[-1], result, colours)
     if _logarithmic(result):
         axes[-1].set_xscale("log")
-    axes[-1].set_xlim(result.attrs["low"], result.attrs["high"])
-    axes[-1].set_xlabel(with_unit(_parameter_name(result), result.attrs["along_unit"]))
+    axes[-1].set_xlim(*_ends(result))
+    axes[-1].set_xlabel(with_unit(_parameter_name(result), text_in(result, "along_unit")))
     if ratio is None and "speed" in result:
         rpm_axis(axes[0], str(result.speed.attrs["units"]))
     legend_beside(axes[0], _legend(colours, line_codes, result))
@@ -94,10 +95,10 @@ def _ratio(result: xr.Dataset) -> Transform | None:
     """Return the ratio of the ordinate to the parameter if both are speeds. None: the ordinate is drawn unchanged."""
     if "speed" not in result:
         return None
-    criteria = (result.wucht.summary["show"], result.attrs["along_unit"], result.speed.attrs["units"])
+    criteria = (result.wucht.summary["show"], text_in(result, "along_unit"), result.speed.attrs["units"])
     if not result.sizes["point"] or criteria[0] is not None or not criteria[1] or criteria[1] != criteria[2]:
         return None
-    least = _SMALLEST_DIVISOR * max(abs(result.attrs["low"]), abs(result.attrs["high"]))
+    least = _SMALLEST_DIVISOR * max(map(abs, _ends(result)))
 
     def speed_ratio(value: np.ndarray, speed: np.ndarray) -> np.ndarray:
         return np.where(np.abs(value) < least, np.nan, speed / np.where(np.abs(value) < least, 1.0, value))
@@ -113,11 +114,12 @@ def _branches(
     ordinate = transform or (lambda _, y: y)
     y = ordinate(result.value.values, _ordinates(result, "", name))
     size = max(float(np.ptp(y[np.isfinite(y)])), _AS_PRESCRIBED) if np.isfinite(y).any() else 1.0
+    low, high = _ends(result)
     for branch, pieces in _pieces(result):
         points = np.stack([result.value.values[branch], y[branch]])
         for begin, end, key, code in pieces:
             line_codes.add(code)
-            panel = (result.attrs["high"] - result.attrs["low"], size)
+            panel = (high - low, size)
             axis.plot(*smooth_curve(points, panel, begin, end), color=colours[key], **_LINES[code])
     _special_points(axis, result, name, ordinate)
     if result.sizes["own"]:
@@ -136,7 +138,7 @@ def _types(axis: Axes, result: xr.Dataset, variable: str, transform: Transform |
         """Return points in coordinates of the panel (2, N)."""
         value, y = result[f"{prefix}value"].values, _ordinates(result, prefix, variable)
         y = y if transform is None else transform(value, y)
-        low, high = (np.log10(result.attrs[e]) if _logarithmic(result) else result.attrs[e] for e in ("low", "high"))
+        low, high = (np.log10(end) if _logarithmic(result) else end for end in _ends(result))
         return np.stack([((np.log10(value) if _logarithmic(result) else value) - low) / (high - low), y])
 
     at, special = panel_points(""), panel_points("special_")
@@ -157,7 +159,13 @@ def _types(axis: Axes, result: xr.Dataset, variable: str, transform: Transform |
 def _logarithmic(result: xr.Dataset) -> bool:
     """True for a wide range of a parameter of a machine; one of other equations has a value at which something happens."""
     is_machine = "bodies" in result.wucht.machine
-    return is_machine and bool(0 < _DECADES * result.attrs["low"] <= result.attrs["high"])
+    low, high = _ends(result)
+    return is_machine and 0 < _DECADES * low <= high
+
+
+def _ends(result: xr.Dataset) -> tuple[float, float]:
+    """Return the ends of the range of the parameter."""
+    return number_in(result, "low"), number_in(result, "high")
 
 
 def _plane(axis: Axes, result: xr.Dataset, colours: dict[str, str]) -> None:
@@ -176,18 +184,18 @@ def _plane(axis: Axes, result: xr.Dataset, colours: dict[str, str]) -> None:
         x, y, marker = result.curve_value.values[at], result.curve_second.values[at], _SECOND_MARKS[i % len(_SECOND_MARKS)]
         name = kind.replace("-", " ").replace("hopf", "Hopf").replace("bogdanov takens", "Bogdanov-Takens")
         axis.plot(x, y, marker, color="black", markerfacecolor="white", markersize=6, zorder=5, label=_wrap_label(name))
-    axis.set_ylabel(with_unit(str(result.attrs["second_symbol"]), result.attrs["second_unit"]))
+    axis.set_ylabel(with_unit(text_in(result, "second_symbol"), text_in(result, "second_unit")))
     axis.axhline(result.wucht.summary["second_value"], zorder=1, **GUIDE)
     legend_beside(axis)
 
 
 def _parameter_name(result: xr.Dataset) -> str:
-    path, description = str(result.attrs["along"]), str(result.attrs["along_what"])
+    path, description = text_in(result, "along"), text_in(result, "along_what")
     return description if "." in path else parameter_in_words(path, description).replace(path, _symbol(result), 1)
 
 
 def _symbol(result: xr.Dataset) -> str:
-    return str(result.attrs["along_symbol"])
+    return text_in(result, "along_symbol")
 
 
 def _with_its_unit(number: str, unit: str) -> str:
@@ -205,9 +213,9 @@ def _key(result: xr.Dataset, branch: int) -> str:
     second = float(result.second_value[branch])
     if np.isnan(second):
         return str(result.branch_label.values[branch])
-    path = str(result.attrs["second"])
-    name = parameter_in_words(path, str(result.attrs["second_what"])) if "." in path else result.attrs["second_symbol"]
-    return f"{name} = {_with_its_unit(_second_text(result, second), result.attrs['second_unit'])}"
+    path = text_in(result, "second")
+    name = parameter_in_words(path, text_in(result, "second_what")) if "." in path else text_in(result, "second_symbol")
+    return f"{name} = {_with_its_unit(_second_text(result, second), text_in(result, 'second_unit'))}"
 
 
 def _second_text(result: xr.Dataset, second: float) -> str:
@@ -269,7 +277,7 @@ def _legend(colours: dict[str, str], line_codes: set[int], result: xr.Dataset) -
     handles += [entry(_WORDS[code], color=single, **_LINES[code]) for code in sorted(line_codes)]
     handles += kind_entries(result.special_kind.values, _MARKS)
     if result.sizes["own"]:
-        value_text = _with_its_unit(f"{result.wucht.summary['value']:.5g}", result.attrs["along_unit"])
-        value = f"as it is: {value_text}" if "." in result.attrs["along"] else f"as it is:\n{_symbol(result)} = {value_text}"
+        value_text = _with_its_unit(f"{result.wucht.summary['value']:.5g}", text_in(result, "along_unit"))
+        value = f"as it is: {value_text}" if "." in text_in(result, "along") else f"as it is:\n{_symbol(result)} = {value_text}"
         handles.append(entry(value, **GUIDE))
     return handles

@@ -15,6 +15,7 @@ from wucht.plots.scales import parameter_label
 from wucht.plots.sheet import LETTER, legend_beside, new_figure
 from wucht.plots.stability_lines import draw_region, field
 from wucht.plots.style import COLOURS, GREY
+from wucht.results.attributes import number_in, text_in
 
 _TONES = ("#FFFFFF", "#F3D9C0", "#8FB8D6", "#BFDDD0", "#DDDDDD")  # of decreasing lightness: white, 0.87, 0.70; not decided
 _ORBITS = ("modulated motion", "periodic orbit")  # beginnings of the names of their boundaries
@@ -31,10 +32,11 @@ def figure(result: xr.Dataset) -> Figure:
     fig, (axis,) = new_figure(1, result.attrs["title"], result.attrs["sentence"], _HEIGHT)
     axis.grid(visible=False)
     handles = [*_regions(axis, result), *_boundaries(axis, result), *_marks(axis, result)]
-    limits = {"xlim": (result.attrs["low"], result.attrs["high"])}
-    limits["ylim"] = (result.attrs["second_low"], result.attrs["second_high"])
+    limits = {"xlim": (number_in(result, "low"), number_in(result, "high"))}
+    limits["ylim"] = (number_in(result, "second_low"), number_in(result, "second_high"))
     axis.set(**limits, xlabel=parameter_label(result), ylabel=parameter_label(result, "second"))
-    legend_beside(axis, handles, f"besides {result.attrs['everywhere']}:" if result.attrs["everywhere"] else None)
+    everywhere = text_in(result, "everywhere")
+    legend_beside(axis, handles, f"besides {everywhere}:" if everywhere else None)
     return fig
 
 

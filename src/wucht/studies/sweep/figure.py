@@ -9,6 +9,7 @@ import numpy as np
 from wucht.plots.scales import name_speeds
 from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, FREE, line_style
+from wucht.results.attributes import text_in
 from wucht.results.formatting import label, parameter_in_words, printed_unit, with_unit
 from wucht.studies.sweep.computation import SENSE
 from wucht.studies.sweep.system_sweep_figure import system_sweep_figure
@@ -40,7 +41,7 @@ def figure(result: xr.Dataset) -> Figure:
     name_speeds(speed, result)
     amplitude.set(ylabel=label(result, "amplitude", unit), ylim=(0, None))
     amplitude.set_xlim(float(result.grid[0]), float(result.grid[-1]))
-    amplitude.set_xlabel(with_unit(_parameter_words(result), result.attrs["along_unit"]))
+    amplitude.set_xlabel(with_unit(_parameter_words(result), text_in(result, "along_unit")))
     for axis in (speed, amplitude):
         legend_beside(axis)
     return fig
@@ -48,7 +49,7 @@ def figure(result: xr.Dataset) -> Figure:
 
 def _subtitle(result: xr.Dataset) -> str:
     """Values of the jumps; without jumps the answer in words."""
-    jumps, along, unit = result.wucht.summary["jumps"], result.attrs["along"], result.attrs["along_unit"]
+    jumps, along, unit = result.wucht.summary["jumps"], text_in(result, "along"), text_in(result, "along_unit")
     if not jumps or not result.attrs["finished"]:
         return str(result.attrs["sentence"])
     values = [f"{f'{j[along]:.6g} {unit}'.rstrip()} ({SENSE[j['direction']]})" for j in jumps]
@@ -56,7 +57,7 @@ def _subtitle(result: xr.Dataset) -> str:
 
 
 def _parameter_words(result: xr.Dataset) -> str:
-    return parameter_in_words(result.attrs["along"], str(result.grid.attrs["long_name"]))
+    return parameter_in_words(text_in(result, "along"), str(result.grid.attrs["long_name"]))
 
 
 def _draw_jumps(axis: Axes, result: xr.Dataset, before: np.ndarray, after: np.ndarray) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from wucht.plots.sheet import legend_below, new_figure
 from wucht.plots.stability_lines import entry
 from wucht.plots.style import COLOURS, GUIDE
+from wucht.results.attributes import text_in
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,7 +38,7 @@ def system_sweep_figure(result: Any) -> Figure:
         for jump in jumps:
             axis.axvline(jump["value"], zorder=1, **GUIDE)
         axis.set_ylabel(str(result.state.values[i]))
-    axes[-1].set_xlabel(result.attrs["along"])
+    axes[-1].set_xlabel(text_in(result, "along"))
     handles = [entry(_WORDS[way], **_marker(k), markersize=_SIZES[1]) for k, way in enumerate(ways)]
     legend_below(fig, handles + ([entry("jump", **GUIDE)] if jumps else []))
     return fig

@@ -22,6 +22,7 @@ from wucht.plots.scales import name_speeds
 from wucht.plots.sheet import legend_beside, legend_over, new_grid
 from wucht.plots.stability_lines import draw_region, entry, field
 from wucht.plots.style import COLOURS, GREY
+from wucht.results.attributes import number_in
 from wucht.studies.synchronous_states.dataset import select_states
 
 _COLUMNS, _NARROW, _MOST = 4, 2, 12  # force balances a row, in a column of a journal, and in all
@@ -65,7 +66,7 @@ def figure(result: xr.Dataset) -> Figure:
         title = "centrifugal forces"
         if deck is not None:
             title += " where their sum is along the throw"
-        elif not result.attrs["comparable"]:
+        elif not number_in(result, "comparable"):
             title += ", each in the sense of its body"
         legend_over(fig, _legend(result, {_frame_kind(result, k) for k in states}, deck is not None), title)
     if has_map:
@@ -81,7 +82,7 @@ def _force_balance(axis: Axes, result: xr.Dataset, k: int) -> None:
     whole = float(sizes.sum()) or 1.0
     looks = [_appearance(i) for i in range(len(sides))]
     arrows = list(zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True))
-    if abs(ends[-1]) > 1e-6 * whole and result.attrs["comparable"]:
+    if abs(ends[-1]) > 1e-6 * whole and number_in(result, "comparable"):
         arrows.append((0j, complex(ends[-1])))
         looks.append({"color": _RESIDUAL_COLOUR, "linestyle": _RESIDUAL_DASHES})
     offset_arrows = _separate_arrows(arrows, min(0.07, 0.45 / len(arrows)) * whole)
@@ -215,7 +216,7 @@ def _legend(result: xr.Dataset, frames: set[str], has_deck: bool) -> list[Any]:
     handles = [entry(str(name), linewidth=2, **_appearance(i)) for i, name in enumerate(result.body_name.values)]
     if has_deck:
         handles.append(entry("path of the centre of mass", color=_RESIDUAL_COLOUR, linewidth=2))
-    elif result.attrs["comparable"]:
+    elif number_in(result, "comparable"):
         handles.append(entry("resultant", color=_RESIDUAL_COLOUR, linewidth=2, linestyle=_RESIDUAL_DASHES))
     for colour, line, width, words in (frame for name, frame in _FRAMES.items() if name in frames):
         handles.append(field(words, "none", edge=colour, linestyle=line, linewidth=width))
