@@ -209,8 +209,8 @@ def _residual(machine: Machine, row: Rows, angle: Mapping[str, np.ndarray], time
     vector = unbalance[rotor] + np.zeros_like(angle[rotor])
     for name in (b.name for b in machine.group(machine.rotor) if b.name != rotor):
         vector = vector + (unbalance[name] + out.get(name, 0.0)) * np.exp(1j * (angle[name] - angle[rotor]))
-    own = np.abs(unbalance[rotor])
-    return np.asarray(np.abs(vector) / np.where(own > 0, own, unbalance_scale(end, end.rotor)))
+    of_rotor = np.abs(unbalance[rotor])
+    return np.asarray(np.abs(vector) / np.where(of_rotor > 0, of_rotor, unbalance_scale(end, end.rotor)))
 
 
 def _internal_state_quantities(machine: Machine, row: Rows) -> list[Quantity]:
