@@ -6,15 +6,16 @@ import cmath
 import math
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from wucht.analysis.starting import gravity_of, is_locked, static_moment
-from wucht.dynamics.verdicts.certificate import like_pairs
 from wucht.machines.machine import Machine
 from wucht.machines.parts.track import TrackBody
 from wucht.machines.tracks import side_by_side_angles
+from wucht.machines.tree import RotatingBody
 from wucht.numerics.angles import wrap_to_pi
 
 HANGING = "at rest, hanging"
@@ -80,15 +81,19 @@ def _lowest_places(machine: Machine, gravity: float) -> dict[str, float]:
 
 def _equal_bodies_apart(machine: Machine, names: Collection[str]) -> dict[str, float]:
     """The angles by which equal bodies about a rotor that hang at one place are turned, to both sides of it."""
-    pairs = [p.names for p in like_pairs(machine, machine.state_names) if set(p.names) <= set(names)]
-    pairs = [(a, b) for a, b in pairs if machine.body(a).about is not None and _are_equal(machine, a, b)]
+    hanging = [b for b in machine.bodies if b.name in names and b.about is not None]
+    pairs = [(a.name, b.name) for a, b in combinations(hanging, 2) if _are_equal(machine, a, b)]
     ahead, behind = Counter(b for _, b in pairs), Counter(a for a, _ in pairs)
     return {n: (ahead[n] - behind[n]) / 2 * _APART for n in dict.fromkeys(n for pair in pairs for n in pair)}
 
 
-def _are_equal(machine: Machine, a: str, b: str) -> bool:
-    """True if two bodies have equal parameters."""
-    first, second = ({p.removeprefix(f"{n}."): x for p, x in machine.values.items() if p.startswith(f"{n}.")} for n in (a, b))
+def _are_equal(machine: Machine, a: RotatingBody, b: RotatingBody) -> bool:
+    """True if two bodies about the same one have equal parameters and can pass each other."""
+    if (a.kind, a.about) != (b.kind, b.about) or any({a.name, b.name} <= {x.name for x in t.bodies} for t in machine.tracks):
+        return False
+    first, second = (
+        {p.removeprefix(f"{n}."): x for p, x in machine.values.items() if p.startswith(f"{n}.")} for n in (a.name, b.name)
+    )
     return first.keys() == second.keys() and all(math.isclose(x, second[key], rel_tol=_SAME) for key, x in first.items())
 
 
