@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from wucht.analysis.averaged_equations import keeps_inertia
-from wucht.dynamics.run_ups.hanging_start import HANGING, is_hanging_start
+from wucht.dynamics.run_ups.hanging_start import hanging_words, is_hanging_start
 from wucht.dynamics.run_ups.initial_state import angles_in, format_phases, initial_state, speeds_in
 from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
@@ -54,7 +54,7 @@ def _start_statements(spec: Spec, machine: Machine) -> list[str]:
     several = [set(one) for one in getattr(spec, "starts", ())]
     varied_states = {*getattr(spec, "axes", {}), *getattr(spec, "random", {})} - set(machine.parameters)
     if not varied_states and not several and is_hanging_start(machine, start):
-        return [f"start: {HANGING}"]
+        return [f"start: {hanging_words(machine)}"]
     named_bodies = {
         *start,
         *getattr(spec, "axes", {}),

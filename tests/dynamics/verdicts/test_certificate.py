@@ -18,6 +18,7 @@ from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_up import RunSettings, run_to_end
 from wucht.dynamics.sampling.ensemble_run import outcomes_of
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion
+from wucht.dynamics.verdicts.certificate import like_pairs
 from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES, OUTCOMES, Outcome
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
@@ -119,6 +120,15 @@ def test_pendulums_that_have_become_one_never_part_and_no_longer_run_is_advised(
     assert verdict.advice is not None and "differ by a millionth" in verdict.advice and "move as one" in verdict.sentence
     assert motion.trajectory.end_time < 50.0
     assert run_to_end(machine(mismatch=1e-6), alike).verdict.outcome is Outcome.COMPENSATED
+
+
+@pytest.mark.parametrize(("tracks", "count"), [(("ring", "ring"), 0), (("ring", "other"), 1), ((None, None), 1)])
+def test_balls_of_one_track_cannot_move_as_one(tracks: tuple[str | None, str | None], count: int) -> None:
+    table = {"kind": "pendulum", "about": "drum", "mass": 0.1, "length": 0.1, "damping": 1e-3}
+    balls = [table | {"name": f"b{k}"} | ({"track": t, "diameter": 0.02} if t else {}) for k, t in enumerate(tracks)]
+    drum = {"kind": "rotor", "name": "drum", "mass": 5.0, "unbalance": 0.02, "inertia": 0.1}
+    of = machine_from({"carrier": {"mass": 10.0, "stiffness": 2e4}, "bodies": [drum, *balls]})
+    assert len(like_pairs(of, of.state_names)) == count
 
 
 def machines_near_the_edge(seed: int, count: int) -> list[tuple[Machine, dict[str, Any]]]:

@@ -187,7 +187,7 @@ def _irregular_motion(
             record = RunSegment(times, states, leg.ranges, leg.extents)
             return None if settled_motion(subject, compiled_system, record, None) is not None else verdict
         points = metric.points(times, states)
-        if kind is None or not _covers_one_set(points):
+        if kind is None or _drifts(points) or not _covers_one_set(points):
             return verdict
         verdict = LimitSet(kind, times, states, metric, None, exponent=exponent, gap=_gap(*np.array_split(points, 2)))
         width = (exponent.high - exponent.low) / (2 * accuracy * exponent.value)
@@ -202,6 +202,17 @@ def _kind_of(exponent: LyapunovExponent, oscillations: int) -> MotionKind | None
     if exponent.low > 0 and exponent.low * exponent.duration > _GROWTH:
         return MotionKind.CHAOTIC if exponent.is_steady else None
     return MotionKind.QUASI_PERIODIC if oscillations >= _CYCLES_OF_TORUS and exponent.swing < _TORUS_SWING else None
+
+
+def _drifts(points: np.ndarray) -> bool:
+    """True if the spread of a record, points (P, d), in a direction changes one way from each of its blocks to the next.
+
+    So it does in a decay that is slower than any exponential, however long the record is; by chance once in 20!/2 records.
+    """
+    spreads = np.array([block.std(axis=0) for block in np.array_split(points, BLOCKS)])
+    changes = np.diff(spreads, axis=0)
+    one_way = (changes > 0).all(axis=0) | (changes < 0).all(axis=0)
+    return bool((one_way & (np.ptp(spreads, axis=0) > _SAME)).any())
 
 
 def _covers_one_set(points: np.ndarray) -> bool:

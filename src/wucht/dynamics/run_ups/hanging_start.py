@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -13,9 +15,12 @@ from wucht.analysis.starting import gravity_of, is_locked, static_moment
 from wucht.machines.machine import Machine
 from wucht.machines.parts.track import TrackBody
 from wucht.machines.tracks import side_by_side_angles
+from wucht.machines.tree import RotatingBody
 from wucht.numerics.angles import wrap_to_pi
 
 HANGING = "at rest, hanging"
+_APART = 1e-3  # rad: between equal bodies that hang: at one place they would move as one for ever
+_SAME = 1e-9  # relative: parameters of equal bodies
 _LOW = 1e-6  # rad: a rotor nearer to its lowest place hangs
 
 
@@ -33,8 +38,9 @@ def hanging_start(machine: Machine) -> dict[str, float]:
     """Return the start of a machine at rest under gravity, of the bodies that hang; empty without gravity.
 
     Rotors and the bodies about them have their centre of mass below their axis; those of a track lie side by side about the
-    lowest point, in the order of the file, their common centre of mass below the axis. Bodies stay as they are that a drive or
-    a lock holds, that turn about a body with a prescribed speed, that are balanced, and whose place the machine states.
+    lowest point, in the order of the file, their common centre of mass below the axis; equal bodies that can pass each other
+    are a thousandth of a radian apart. Bodies stay as they are that a drive or a lock holds, that turn about a body with a
+    prescribed speed, that are balanced, and whose place the machine states.
 
     Returns
     -------
@@ -44,6 +50,21 @@ def hanging_start(machine: Machine) -> dict[str, float]:
     gravity = gravity_of(machine)
     if not gravity:
         return {}
+    start = _lowest_places(machine, gravity)
+    for track in machine.tracks:
+        if all(b.name in start for b in track.bodies):
+            start |= {n: start[n] + offset for n, offset in _side_by_side(machine, track.bodies).items()}
+    return start | {n: start[n] + offset for n, offset in _equal_bodies_apart(machine, start).items()}
+
+
+def hanging_words(machine: Machine) -> str:
+    """Return in words the start of a machine whose bodies hang."""
+    apart = _equal_bodies_apart(machine, hanging_start(machine))
+    return f"{HANGING}, equal bodies {_APART:g} rad apart" if apart else HANGING
+
+
+def _lowest_places(machine: Machine, gravity: float) -> dict[str, float]:
+    """The angles of the bodies that hang, each with its centre of mass below its axis."""
     down, given_angles, turning = -math.copysign(math.pi / 2, gravity), _given_angles(machine), _turning_rotors(machine)
     absolute, start = dict[str, float](), dict[str, float]()
     for body in machine.outward:
@@ -55,10 +76,25 @@ def hanging_start(machine: Machine) -> dict[str, float]:
             continue
         absolute[body.name] = down - cmath.phase(moment)
         start[body.name] = absolute[body.name] - head
-    for track in machine.tracks:
-        if all(b.name in start for b in track.bodies):
-            start |= {n: start[n] + offset for n, offset in _side_by_side(machine, track.bodies).items()}
     return start
+
+
+def _equal_bodies_apart(machine: Machine, names: Collection[str]) -> dict[str, float]:
+    """The angles by which equal bodies about a rotor that hang at one place are turned, to both sides of it."""
+    hanging = [b for b in machine.bodies if b.name in names and b.about is not None]
+    pairs = [(a.name, b.name) for a, b in combinations(hanging, 2) if _are_equal(machine, a, b)]
+    ahead, behind = Counter(b for _, b in pairs), Counter(a for a, _ in pairs)
+    return {n: (ahead[n] - behind[n]) / 2 * _APART for n in dict.fromkeys(n for pair in pairs for n in pair)}
+
+
+def _are_equal(machine: Machine, a: RotatingBody, b: RotatingBody) -> bool:
+    """True if two bodies about the same one have equal parameters and can pass each other."""
+    if (a.kind, a.about) != (b.kind, b.about) or any({a.name, b.name} <= {x.name for x in t.bodies} for t in machine.tracks):
+        return False
+    first, second = (
+        {p.removeprefix(f"{n}."): x for p, x in machine.values.items() if p.startswith(f"{n}.")} for n in (a.name, b.name)
+    )
+    return first.keys() == second.keys() and all(math.isclose(x, second[key], rel_tol=_SAME) for key, x in first.items())
 
 
 def is_resting_state(machine: Machine, state: np.ndarray) -> bool:

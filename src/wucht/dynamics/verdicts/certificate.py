@@ -78,9 +78,8 @@ def _states_of(body: RotatingBody, state_names: Sequence[str]) -> dict[str, int]
 def _are_alike(machine: Machine, a: RotatingBody, b: RotatingBody) -> bool:
     """True if two bodies are free, of one kind, turn about the same body in one sense, and can pass each other."""
     is_free = a.coordinate.prescribed_velocity is None and b.coordinate.prescribed_velocity is None
-    track = getattr(a, "track", None)
-    meet = track is not None and track == getattr(b, "track", None)
-    return is_free and not meet and type(a) is type(b) and a.about == b.about and sense_of(machine, a) == sense_of(machine, b)
+    meet = any({a.name, b.name} <= {body.name for body in track.bodies} for track in machine.tracks)
+    return is_free and not meet and a.kind == b.kind and a.about == b.about and sense_of(machine, a) == sense_of(machine, b)
 
 
 @dataclass(frozen=True)
@@ -158,7 +157,10 @@ def _left_open(machine: Machine, verdict: Verdict, pair: LikePair, rate: float, 
     )
     if (state[first] == state[second]).all():
         return open_verdict(
-            machine, verdict, f"{reason}, and here there is none left (give them masses that differ by a millionth)"
+            machine,
+            verdict,
+            f"{reason}, and here there is none left "
+            "(start them at different angles, or give them masses that differ by a millionth)",
         )
     angles = np.abs(state[[first[pair.angle], second[pair.angle]]])
     size = max(abs(float(pair.difference(state))), _ROUNDING * max(1.0, float(angles.max())))

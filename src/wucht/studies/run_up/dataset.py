@@ -14,7 +14,7 @@ from wucht.analysis.dimensionless import dimensionless_numbers
 from wucht.analysis.throw import NUMBERS, Throw, largest_of
 from wucht.dynamics.run_ups.bearing_loads import BearingLife, bearing_warnings, lives_at_end, loads_at_end
 from wucht.dynamics.run_ups.contacts import track_contacts
-from wucht.dynamics.run_ups.hanging_start import HANGING, is_hanging_start
+from wucht.dynamics.run_ups.hanging_start import hanging_words, is_hanging_start
 from wucht.dynamics.run_ups.neighbours import Neighbour
 from wucht.dynamics.run_ups.run_up import Motion
 from wucht.dynamics.verdicts.noise import Noise
@@ -104,7 +104,7 @@ def _motion_result(motion: Motion, deck: float | None, hangs: bool) -> StudyResu
     residual = float(result.energy_residual.max())
     noise = Noise.of(motion.compiled_system.tolerance)
     summary = _summary(motion, result, limits, noise)
-    summary += [Quantity("start_state", HANGING, "start of the machine")] if hangs else []
+    summary += [Quantity("start_state", hanging_words(machine), "start of the machine")] if hangs else []
     summary += starting_quantities(machine.at(trajectory.end_time))
     lives = dict[str, BearingLife]()
     if motion.model.name == "full":
