@@ -7,6 +7,7 @@ import re
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +18,12 @@ from tests.web.built_page import needs_page
 pytest.importorskip("fastapi", reason="fastapi, of the extra web, is not installed")
 
 from starlette.testclient import TestClient
+from tests.web.visiting import opened
 
 from wucht import run_file
 from wucht.web.live_server import LARGEST, file_below, live_server
-from wucht.web.worker_process import WorkerProcess
+from wucht.web.session import Session
+from wucht.web.workers import Workers
 
 PORT = 8417
 ORIGIN = f"http://127.0.0.1:{PORT}"
@@ -49,16 +52,26 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def worker(folder: Path) -> Iterator[WorkerProcess]:
-    """The process, which is started once; with time enough for the first equations on a busy computer."""
-    process = WorkerProcess(folder, judging=120.0)
-    yield process
-    process.close()
+def workers(folder: Path) -> Iterator[Workers]:
+    """The processes, which are started once; with time enough for the first equations on a busy computer."""
+    processes = Workers(folder, judging=120.0)
+    yield processes
+    processes.close()
+
+
+@contextmanager
+def client_with(folder: Path, **limits: float) -> Iterator[TestClient]:
+    """A server whose jobs have less time."""
+    workers, session = Workers(folder, **limits), Session(PORT)
+    yield opened(live_server(folder, PORT, workers, session), session)
+    workers.close()
 
 
 @pytest.fixture(scope="module")
-def client(folder: Path, worker: WorkerProcess) -> TestClient:
-    return TestClient(live_server(folder, PORT, worker), base_url=ORIGIN)
+def client(folder: Path, workers: Workers) -> TestClient:
+    """The user's browser, after the first page."""
+    session = Session(PORT)
+    return opened(live_server(folder, PORT, workers, session), session)
 
 
 def test_first_page_lists_files_below_the_folder_and_the_catalogue(client: TestClient) -> None:
@@ -79,9 +92,10 @@ def test_first_page_lists_files_below_the_folder_and_the_catalogue(client: TestC
 
 
 @needs_page
-def test_the_list_has_an_address_of_its_own(client: TestClient, folder: Path, worker: WorkerProcess) -> None:
+def test_the_list_has_an_address_of_its_own(client: TestClient, folder: Path, workers: Workers) -> None:
     """Where the first page is that of a file, what refuses another one leads to the list."""
-    of_file = TestClient(live_server(folder, PORT, worker, "drum.toml"), base_url=ORIGIN)
+    session = Session(PORT)
+    of_file = opened(live_server(folder, PORT, workers, session, "drum.toml"), session)
     assert "const page = " in of_file.get("/").text
     assert '<a href="/machines">All machines</a>' in of_file.get("/machine/nothing.toml").text
     assert of_file.get("/machines").text == client.get("/").text == client.get("/machines").text
@@ -261,26 +275,21 @@ def test_a_newer_question_ends_the_one_before_it(client: TestClient) -> None:
     assert answers == [{"superseded": True}]
 
 
-def test_a_run_that_takes_too_long_is_given_up(
-    client: TestClient, worker: WorkerProcess, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(worker, "_judging", 0.3)
-    answer = verdict_of(client, STUDY.replace("0.5 s", "20000 s"))
+def test_a_run_that_takes_too_long_is_given_up(folder: Path) -> None:
+    with client_with(folder, judging=0.3) as client:
+        answer = verdict_of(client, STUDY.replace("0.5 s", "20000 s"))
     assert answer == {"error": "the run takes longer than 0.3 s: copy the study file, and use `wucht run`"}
 
 
 @needs_page
-def test_a_page_whose_verdict_takes_too_long_comes_without_one(
-    client: TestClient, worker: WorkerProcess, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(worker, "_judging", 0.3)
-    monkeypatch.setattr("wucht.web.worker_process._GRACE_S", 0.5)
-    page = client.get("/machine/long.toml")
+def test_a_page_whose_verdict_takes_too_long_comes_without_one(folder: Path) -> None:
+    with client_with(folder, judging=0.3) as client:
+        page = client.get("/machine/long.toml")
     assert page.status_code == 200
     assert json.loads(re.search(r"^const page = (.*);$", page.text, re.M)[1])["text"]["verdict"] is None  # type: ignore[index]
 
 
-def test_nothing_is_reported_to_anybody(folder: Path, worker: WorkerProcess, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nothing_is_reported_to_anybody(folder: Path, workers: Workers, monkeypatch: pytest.MonkeyPatch) -> None:
     """FastAPI can report requests where variables of the environment, or another library in the process, say so."""
     trace = pytest.importorskip("opentelemetry.trace", reason="this version of FastAPI reports nothing")
     spans = []
@@ -292,7 +301,8 @@ def test_nothing_is_reported_to_anybody(folder: Path, worker: WorkerProcess, mon
 
     monkeypatch.setenv("FASTAPI_OTEL_AUTO_CONFIGURE", "true")
     monkeypatch.setattr(trace, "get_tracer_provider", Provider)
-    client = TestClient(live_server(folder, PORT, worker), base_url=ORIGIN)
+    session = Session(PORT)
+    client = opened(live_server(folder, PORT, workers, session), session)
     assert client.get("/").status_code == 200
     assert spans == []
     from fastapi import FastAPI
