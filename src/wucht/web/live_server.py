@@ -126,6 +126,8 @@ async def _study_text(request: Request) -> str:
                     raise too_large
     except TimeoutError:
         raise _RefusedError(f"the study file has not come within {SENDING_S:g} s", 408) from None
+    except asyncio.CancelledError:  # the task of the request ends with this answer
+        raise _RefusedError("the server is being stopped", 503) from None
     try:
         return body.decode("utf-8")
     except UnicodeDecodeError:
