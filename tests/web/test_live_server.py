@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import json
 import re
 import threading
@@ -22,6 +24,7 @@ from tests.web.visiting import opened
 
 from wucht import run_file
 from wucht.web.live_server import LARGEST, file_below, live_server
+from wucht.web.machine_list import machine_list
 from wucht.web.session import Session
 from wucht.web.workers import Workers
 
@@ -112,6 +115,26 @@ def test_the_page_of_a_machine_knows_its_server(client: TestClient, name: str) -
     assert "connect-src 'self'" in re.search(r'Content-Security-Policy" content="([^"]*)"', page.text)[1]  # type: ignore[index]
 
 
+@needs_page
+@pytest.mark.parametrize(
+    "path", ["/machine/drum.toml", "/machine/drozdetskaya-2020/r1-u1", "/machine/sperling-vibration/figure-4"]
+)
+def test_a_page_runs_its_own_scripts_alone(client: TestClient, path: str) -> None:
+    """The policy of the header has the hash of each, and that of the page itself; a page without scripts runs none."""
+    answer = client.get(path)
+    scripts = re.findall(r"<script[^>]*>(.*?)</script>", answer.text, re.DOTALL)
+    hashes = [f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'" for text in scripts]
+    policies = [
+        answer.headers["content-security-policy"],
+        *re.findall(r'Content-Security-Policy" content="([^"]*)"', answer.text),
+    ]
+    assert len(policies) == 1 + bool(scripts)
+    for policy in policies:
+        rules = dict(rule.strip().partition(" ")[::2] for rule in policy.split(";"))
+        assert rules["default-src"] == "'none'"
+        assert rules.get("script-src", "").split() == hashes
+
+
 def test_every_answer_lets_a_page_load_nothing_and_ask_only_this_server(client: TestClient) -> None:
     for answer in (client.get("/"), client.get("/nothing"), client.post("/verdict"), client.get("/", headers={"host": "x"})):
         policy = answer.headers["content-security-policy"]
@@ -152,6 +175,25 @@ def test_what_cannot_be_shown_is_refused_by_a_sentence(client: TestClient, name:
     assert re.search(sentence, answer.text)
     assert "Traceback" not in answer.text
     assert "<script>" not in answer.text
+
+
+def test_a_file_of_the_list_is_read_once_until_it_changes(tmp_path: Path) -> None:
+    for k in range(3):
+        rows = "\n".join(f"key-{k}-{n} = [1.5, 2.5, 3.5]" for n in range(20_000))
+        (tmp_path / f"file-{k}.toml").write_text(f"{rows}\n", encoding="utf-8")
+    times, pages = [], []
+    for _ in range(2):
+        begin = time.process_time()
+        pages.append(machine_list(tmp_path, []))
+        times.append(time.process_time() - begin)
+    assert times[1] < times[0] / 20
+    assert pages[0] == pages[1]
+    assert "file-1.toml" not in pages[1]
+    with (tmp_path / "file-1.toml").open("a", encoding="utf-8") as file:
+        file.write("[machine]\n")
+    assert '<a href="/machine/file-1.toml">' in machine_list(tmp_path, [])
+    (tmp_path / "file-1.toml").write_text("[project]\n", encoding="utf-8")
+    assert "file-1.toml" not in machine_list(tmp_path, [])
 
 
 def test_files_below_a_folder(folder: Path) -> None:
@@ -231,6 +273,8 @@ def test_a_study_file_is_at_most_a_megabyte(client: TestClient) -> None:
     answer = client.post("/verdict", content=b"#" * (LARGEST + 1), headers=PAGE)
     assert (answer.status_code, answer.json()) == (413, {"error": "the study file is larger than 1 MB"})
     assert client.post("/verdict", content=b"#" * LARGEST, headers=PAGE).json()["error"].startswith("machine: ")
+    parts = iter([b"#" * LARGEST, b"#"])  # sent without its length
+    assert client.post("/verdict", content=parts, headers=PAGE).status_code == 413
 
 
 def test_bytes_that_are_no_text_are_refused(client: TestClient) -> None:

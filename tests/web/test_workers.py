@@ -203,3 +203,17 @@ def test_a_machine_has_at_most_a_hundred_bodies(workers: Workers, count: int, is
         )
     else:
         assert error.startswith("machine.carrier.damping: given -1")
+
+
+@needs_page
+def test_a_file_of_more_bodies_is_refused_before_it_is_served(tmp_path: Path) -> None:
+    """Four tables of a hundred each: their equations would take minutes. By the check of the command, and by its page."""
+    rotor, pendulum = STUDY.split("[[machine.bodies]]")[1:3]
+    groups = [f"{pendulum.replace('p1', name)}count = 100\n" for name in "abcd"]
+    head, (_, tail) = STUDY.partition("[[machine.bodies]]")[0], STUDY.split("[machine.drive]")
+    text = "[[machine.bodies]]".join([head, rotor, *groups]) + f"[machine.drive]{tail.partition('start = ')[0]}"
+    (tmp_path / "many.toml").write_text(text, encoding="utf-8")
+    workers = Workers(tmp_path, judging=120.0)
+    for answer in (workers.check("many.toml"), workers.page("many.toml", None)):
+        assert "many.toml: machine.bodies: given 401; at most 100 bodies are shown here" in answer["error"]
+    workers.close()
