@@ -6,7 +6,7 @@
 import { keepToken, tokenHeaders } from "./session.ts";
 
 const NO_TOKEN =
-  "This page belongs to the user who started wucht app: open the address that it printed, in one browser. The address is good once.";
+  "This page belongs to the user who started wucht app: open the address that it printed. It is good once, in one browser.";
 const NO_ANSWER = "No answer from wucht app: is it still running?";
 
 async function open() {

@@ -15,6 +15,7 @@ import wucht
 from wucht.dynamics.drive_switches import switch_path, switchable_drives, with_switches
 from wucht.dynamics.live_machine import machine_description, machine_script
 from wucht.errors import WuchtError
+from wucht.file_names import replace_non_utf8
 from wucht.machines.machine import Machine
 from wucht.reports.markup import html_text
 from wucht.web.cards import Card
@@ -92,13 +93,12 @@ def live_page(machine: Machine, state: np.ndarray, until: float, turn: float, te
         "levels": levels(machine, names),
     }
     matrices = matrices_code(machine, names)
-    data = "\n".join(
-        [
-            machine_script(exported_machine, state).removeprefix("export ").rstrip(),
-            f"const page = {_json(contents)};",
-            f"const levelCode = {{ matrices: {matrices} }};",
-        ]
-    )
+    lines = [
+        machine_script(exported_machine, state).removeprefix("export ").rstrip(),
+        f"const page = {_json(contents)};",
+        f"const levelCode = {{ matrices: {matrices} }};",
+    ]
+    data = replace_non_utf8("\n".join(lines))
     return "\n".join(
         [
             "<!doctype html>",

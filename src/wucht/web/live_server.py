@@ -37,7 +37,7 @@ def live_server(
     workers: Workers,
     session: Session,
     file: str | None = None,
-    when_begun: Callable[[], None] = lambda: None,
+    after_opening: Callable[[], None] = lambda: None,
 ) -> LocalRequests:
     """Return the application.
 
@@ -51,7 +51,7 @@ def live_server(
     session : Session
     file : str, optional
         A file or catalogue name, whose page is the first one; by default that is the list, which is at ``/machines`` as well.
-    when_begun : callable, optional
+    after_opening : callable, optional
         Called once the session's first key is used.
 
     Returns
@@ -101,7 +101,7 @@ def live_server(
     app.add_api_route("/machine/{name:path}", machine_page)
     app.add_api_route(VERDICT, verdict, methods=["POST"])
     app.add_api_route(KEY, key, methods=["POST"])
-    return LocalRequests(app, port, session, when_begun)
+    return LocalRequests(app, port, session, after_opening)
 
 
 class _RefusedError(Exception):

@@ -40,14 +40,14 @@ class LocalRequests:
     port : int
         At which it is served.
     session : Session
-    when_begun : callable, optional
+    after_opening : callable, optional
         Called once the session's first key is used.
     """
 
     def __init__(
-        self, application: Application, port: int, session: Session, when_begun: Callable[[], None] = lambda: None
+        self, application: Application, port: int, session: Session, after_opening: Callable[[], None] = lambda: None
     ) -> None:
-        self._application, self._session, self._when_begun = application, session, when_begun
+        self._application, self._session, self._after_opening = application, session, after_opening
         self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
 
     async def __call__(self, scope: Message, receive: Receive, send: Send) -> None:
@@ -62,7 +62,7 @@ class LocalRequests:
         elif scope["method"] not in ("GET", "HEAD"):
             answer = PlainTextResponse(STRANGER, 403)
         elif scope["method"] == "GET" and self._session.begins_with(_key(scope)):
-            self._when_begun()
+            self._after_opening()
             answer = _first_page(200, self._session.token, {"set-cookie": self._session.set_cookie})
         else:
             answer = _first_page(200 if self._session.has_cookie(headers.get("cookie", [])) else 403)
@@ -112,11 +112,10 @@ def _with_headers(send: Send) -> Send:
 
     async def send_with_headers(message: Message) -> None:
         if message["type"] == "http.response.start":
-            given = message.get("headers", [])
-            policy = next((value.decode() for name, value in given if name == _POLICY.encode()), page_policy(asks_server=True))
-            headers = _HEADERS | {_POLICY: f"{policy}; {_NO_FRAMES}"}
-            others = [(name, value) for name, value in given if name != _POLICY.encode()]
-            message["headers"] = [*others, *((name.encode(), value.encode()) for name, value in headers.items())]
+            headers = {name.decode(): value.decode("latin-1") for name, value in message.get("headers", [])}
+            policy = headers.get(_POLICY, page_policy(asks_server=True))
+            headers |= _HEADERS | {_POLICY: f"{policy}; {_NO_FRAMES}"}
+            message["headers"] = [(name.encode(), value.encode("latin-1")) for name, value in headers.items()]
         await send(message)
 
     return send_with_headers

@@ -70,6 +70,6 @@ def _is_taken_from(keys: list[str], key: str) -> bool:
     return True
 
 
-def _is_equal(given: str, secret: str) -> bool:
+def _is_equal(text: str, secret: str) -> bool:
     """Whether texts are equal, compared in a time that does not depend on where they differ."""
-    return compare_digest(given.encode(), secret.encode())
+    return compare_digest(text.encode(), secret.encode())
