@@ -7,6 +7,7 @@ import json
 import os
 import re
 import signal
+import socket
 import stat
 import subprocess
 import sys
@@ -25,6 +26,8 @@ from tests.web.built_page import needs_page
 from tests.web.running_app import RunningApp, asked, running_app
 
 pytest.importorskip("fastapi", reason="fastapi, of the extra web, is not installed")
+
+from wucht.web.live_server import SENDING_S
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -259,8 +262,6 @@ def test_what_was_given_is_worth_nothing_at_the_next_start(folder: Path) -> None
 
 def unfinished(port: int, lines: Sequence[str]) -> None:
     """Send a part of a request, and leave."""
-    import socket
-
     with socket.create_connection(("127.0.0.1", port)) as connection:
         connection.sendall("\r\n".join(lines).encode())
         time.sleep(0.1)
@@ -268,8 +269,6 @@ def unfinished(port: int, lines: Sequence[str]) -> None:
 
 def test_unfinished_posts_end_without_a_word(folder: Path) -> None:
     """Those of the user's pages, and those of others; one that is still open does not hold up the end."""
-    import socket
-
     with running_app(folder, "private.toml") as app:
         user = [f"{name}: {value}" for name, value in app.user_headers().items()]
         own = ["POST /verdict HTTP/1.1", f"Host: 127.0.0.1:{app.port}", f"Origin: {app.address.rstrip('/')}"]
@@ -285,6 +284,17 @@ def test_unfinished_posts_end_without_a_word(folder: Path) -> None:
         assert time.monotonic() - begin < 10
     assert "Traceback" not in err
     assert len(err.splitlines()) <= 1, err
+
+
+@pytest.mark.slow
+def test_a_post_that_does_not_end_is_answered_all_the_same(app: RunningApp, user: dict[str, str]) -> None:
+    headers = [f"{name}: {value}" for name, value in user.items()]
+    own = ["POST /verdict HTTP/1.1", f"Host: 127.0.0.1:{app.port}", f"Origin: {app.address.rstrip('/')}"]
+    with socket.create_connection(("127.0.0.1", app.port), timeout=SENDING_S + 10) as connection:
+        connection.sendall("\r\n".join([*own, *headers, "Content-Length: 1000", "", "[machine]"]).encode())
+        begin = time.monotonic()
+        assert connection.recv(1000).startswith(b"HTTP/1.1 408 ")
+    assert time.monotonic() - begin == pytest.approx(SENDING_S, abs=2.0)
 
 
 @pytest.mark.parametrize("key", ["a." * 20_000 + "a", '"a" . ' * 10_000 + "a"], ids=["words", "texts"])

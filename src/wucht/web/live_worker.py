@@ -27,7 +27,7 @@ from wucht.web.shared_study import shareable_study, shared_page
 from wucht.web.shown_study import refuse_many_bodies, shown_verdict
 
 _LIBRARY_BYTES = 3e9  # of address space that libraries take, most of it unused
-_MEMORY_SHARE, _MOST_MEMORY = 0.25, 16e9  # of the memory, in bytes: of three such processes one quarter is left to others
+_MEMORY_SHARE, _MOST_MEMORY = 0.25, 16e9  # of the memory, in bytes: three such processes leave a quarter of it
 _MISSING = frozenset({"no-file", "unknown-name", "outside"})
 
 
