@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -204,6 +205,38 @@ def test_tables_and_lists_may_be_nested_as_deep_as_is_said(tmp_path: Path, openi
     file.write_text(f"b = 1\nx = {opening * (deepest + 1)}1{closing * (deepest + 1)}\n")
     with refusals.refused("x", str(DEEPEST), given=None, file="study.toml"):
         read_toml(file)
+
+
+@pytest.mark.parametrize("part", ["a", '"a.b"', "'a'", "a-1"])
+def test_keys_have_as_many_parts_as_tables_may_be_nested(tmp_path: Path, part: str) -> None:
+    """Counted before they are read, in keys alone: texts and comments may have as many points as they like."""
+    file, points = tmp_path / "study.toml", "a." * 100
+    harmless = (
+        f"""t = "{points}"\n# {points}\nu = '''\n{points} = 1''''\nv = ["\\"{points}", 1.5]\nw = \"\"\"\n{points}\"\"\"\"\n"""
+    )
+    allowed, refused = (" . ".join([part] * number) for number in (DEEPEST, DEEPEST + 1))
+    file.write_text(f"{harmless}{allowed} = 1\n", encoding="utf-8")
+    assert read_toml(file)["t"] == points
+    for text in (f"{harmless}{refused} = 1\n", f"{harmless}x = {{ {refused} = 1 }}\n", f"{harmless}[{refused}]\n"):
+        file.write_text(text, encoding="utf-8")
+        with refusals.refused(part, str(DEEPEST), f"line {len(harmless.splitlines()) + 1}", given=None, file="study.toml"):
+            read_toml(file)
+    file.write_text(f"{part}{f' . {part}' * 20_000} = 1\n", encoding="utf-8")
+    begin = time.process_time()
+    with refusals.refused(part, str(DEEPEST), given=None, file="study.toml"):
+        read_toml(file)
+    assert time.process_time() - begin < 0.3, "tomllib takes 10 s"
+
+
+@pytest.mark.parametrize(
+    "text", ["a" * 10**6, '"' * (10**6 + 1), "." * 10**6, "'a" * 10**6, 'x = """' + '\\"""' * 10**5], ids=range(5)
+)
+def test_no_text_makes_that_count_slow(tmp_path: Path, text: str) -> None:
+    (tmp_path / "study.toml").write_text(text, encoding="utf-8")
+    begin = time.process_time()
+    with pytest.raises(InputError, match="not valid TOML"):
+        read_toml(tmp_path / "study.toml")
+    assert time.process_time() - begin < 3.0
 
 
 @pytest.mark.parametrize(("text", "line"), [("a = 1\n\nb = {}\n", "3"), ("b = {}\n", "1"), ("\nb = -{}", "2")])

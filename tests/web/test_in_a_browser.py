@@ -6,6 +6,7 @@ import json
 import math
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
 import pytest
@@ -16,6 +17,9 @@ from tests.web.conftest import Browsing, OpenPage
 from tests.web.page_answers import schedule_of_20000_points
 
 from wucht.web.shared_study import shared_page
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 R1 = {"study.until": 6}
 SPEED = "section[aria-label='speed over time'] canvas"
@@ -285,3 +289,17 @@ def test_memory_stays_flat_over_many_changes(browsing: Browsing) -> None:
     before = heap()
     page.evaluate(change, 300)
     assert heap() < before + 2e6
+
+
+@pytest.mark.slow
+def test_a_script_that_is_not_of_the_page_is_not_run(browser: Browser, browsing: Browsing, tmp_path: Path) -> None:
+    """Nor the code of an attribute; those of the page are allowed by their hashes."""
+    traps = "<script>document.title = 'run'</script><img src=x: onerror=\"document.title = 'run'\">"
+    path = tmp_path / "page.html"
+    text = browsing.file("drozdetskaya-2020/r1", **R1).read_text(encoding="utf-8")
+    path.write_text(text.replace("<body>", f"<body>{traps}").replace("</body>", f"{traps}</body>"), encoding="utf-8")
+    page = browser.new_context().new_page()
+    page.goto(path.as_uri())
+    page.wait_for_selector("html[data-courses]", state="attached", timeout=20_000)
+    assert page.title() == "R1, u = 20"
+    page.context.close()

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import signal
 import socket
 import subprocess
 import sys
 import time
-import urllib.request
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 from tests.conftest import STUDY, Command
 from tests.web.built_page import needs_page
+from tests.web.running_app import running_app
 
 from wucht import run_file
 
@@ -28,24 +26,6 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 MUST = "must be a study or machine file, or a catalogue name"
-STRAIGHT = urllib.request.build_opener(urllib.request.ProxyHandler({}))  # whatever the environment says of proxies
-
-
-@contextmanager
-def running_app(folder: Path, *words: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    """The command in a folder, and the address that it prints."""
-    command = [sys.executable, "-m", "wucht", "app", *words, "--port", "0", "--no-browser"]
-    process = subprocess.Popen(command, cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    try:
-        assert process.stdout is not None
-        line = process.stdout.readline()
-        address = re.search(r"^Serving .+ at (http://127\.0\.0\.1:\d+/) \(this computer only\)\. Press Ctrl-C to stop\.$", line)
-        if address is None:
-            raise AssertionError(line + process.communicate(timeout=20)[1])
-        yield address[1], process
-    finally:
-        process.kill()
-        process.communicate()
 
 
 def children(pid: int) -> list[int]:
@@ -56,15 +36,14 @@ def children(pid: int) -> list[int]:
 @needs_page
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are looked at by a program of Linux")
 def test_the_command_serves_and_ends_with_ctrl_c(tmp_path: Path) -> None:
-    """It prints one line, listens to this computer alone, gives verdicts, and leaves no process behind; not even in the middle
+    """It prints two lines, listens to this computer alone, gives verdicts, and leaves no process behind; not even in the middle
     of a verdict."""
     (tmp_path / "drum.toml").write_text(STUDY, encoding="utf-8")
-    with running_app(tmp_path, "drum.toml") as (address, process):
-        page = STRAIGHT.open(address, timeout=60).read().decode()
-        assert "const page = " in page
-        post = urllib.request.Request(f"{address}verdict", STUDY.encode(), {"origin": address.rstrip("/")})
-        assert json.load(STRAIGHT.open(post, timeout=60))["label"] == "unidentified"
-        port = int(address.rpartition(":")[2].rstrip("/"))
+    with running_app(tmp_path, "drum.toml") as app:
+        process, port = app.process, app.port
+        user = app.user_headers()
+        assert "const page = " in app.ask("/", user).text
+        assert json.loads(app.ask("/verdict", user, STUDY.encode()).text)["label"] == "unidentified"
         listening = Path("/proc/net/tcp").read_text(encoding="ascii"), Path("/proc/net/tcp6").read_text(encoding="ascii")
         assert f"0100007F:{port:04X} 00000000:0000 0A" in listening[0]
         assert f"00000000:{port:04X} 00000000:0000 0A" not in listening[0]
@@ -72,7 +51,7 @@ def test_the_command_serves_and_ends_with_ctrl_c(tmp_path: Path) -> None:
         workers = children(process.pid)
         assert len(workers) == 1
         slow = STUDY.replace('"0.5 s"', '"20000 s"').encode()
-        headers = {"Host": f"127.0.0.1:{port}", "Origin": address.rstrip("/"), "Content-Length": len(slow)}
+        headers = {"Host": f"127.0.0.1:{port}", "Origin": app.address.rstrip("/"), "Content-Length": len(slow), **user}
         lines = ["POST /verdict HTTP/1.1", *(f"{name}: {value}" for name, value in headers.items()), "", ""]
         with socket.create_connection(("127.0.0.1", port)) as connection:
             connection.sendall("\r\n".join(lines).encode() + slow)
@@ -130,7 +109,7 @@ def test_a_port_that_does_not_exist_is_refused(refused: object, port: str) -> No
 def test_a_page_that_was_not_built_is_one_sentence(wucht: Command, here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The process that makes pages looks for it before a browser is opened."""
     sentence = "the page of the live machine is not part of this installation"
-    monkeypatch.setattr("wucht.web.worker_process.WorkerProcess.check", lambda *_: {"error": sentence, "status": 503})
+    monkeypatch.setattr("wucht.web.workers.Workers.check", lambda *_: {"error": sentence, "status": 503})
     done = wucht("app", "--port", "0", "--no-browser")
     assert (done.code, done.out, done.err) == (1, "", f"wucht: {sentence}\n")
 
@@ -148,13 +127,13 @@ def test_without_the_extra_it_says_how_to_install_it(refused: object, missing: s
 def test_in_the_browser_the_label_goes_and_comes_back(browser: Browser, tmp_path: Path) -> None:
     """Of a changed run it is that of `wucht run`; a change during the run has none, and says why."""
     changed = run_file("drozdetskaya-2020/r1", {"drive.slope": 0.039}).wucht
-    with running_app(tmp_path, "drozdetskaya-2020/r1") as (address, _):
+    with running_app(tmp_path, "drozdetskaya-2020/r1") as app:
         page = browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
         messages, requests = list[str](), list[str]()
         page.on("console", lambda message: messages.append(message.text))
         page.on("pageerror", lambda error: messages.append(str(error)))
         page.on("request", lambda request: requests.append(f"{request.method} {request.url}"))
-        page.goto(address, timeout=60_000)
+        page.goto(app.file.as_uri(), timeout=60_000)
         page.wait_for_selector("html[data-courses]", state="attached", timeout=20_000)
         verdict = page.locator(".verdict")
         assert verdict.inner_text().startswith("captured-modulated")
@@ -174,9 +153,11 @@ def test_in_the_browser_the_label_goes_and_comes_back(browser: Browser, tmp_path
         page.wait_for_timeout(300)
         assert verdict.inner_text().startswith("not judged")
         assert messages == []
-        posts = [one for one in requests if one.startswith("POST")]
-        assert posts == [f"POST {address}verdict"]
-        assert [one for one in requests if f"GET {address}" != one and "blob:" not in one] == posts
+        posts = [f"POST {app.address}key", f"POST {app.address}verdict"]
+        assert [one for one in requests if one.startswith("POST")] == posts
+        visits = ("GET file:", f"GET {app.address}?key=", "GET blob:")
+        assert [one for one in requests if not one.startswith(visits)] == posts
+        assert page.url == app.address, "the key is gone from the address, and so from links"
         page.context.close()
 
 
@@ -197,9 +178,9 @@ def test_the_page_says_why_there_is_no_verdict(browser: Browser, tmp_path: Path)
         "the server answers with status 502: bad gateway",
         "no answer from",
     )
-    with running_app(tmp_path, "drozdetskaya-2020/r1") as (address, _):
+    with running_app(tmp_path, "drozdetskaya-2020/r1") as app:
         page = browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
-        page.goto(address, timeout=60_000)
+        page.goto(app.file.as_uri(), timeout=60_000)
         page.wait_for_selector("html[data-courses]", state="attached", timeout=20_000)
         slope = "input[type=text][aria-label^='slope']"
         for k, (reply, sentence) in enumerate(zip(answers, sentences, strict=True)):

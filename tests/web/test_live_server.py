@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import json
 import re
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +20,13 @@ from tests.web.built_page import needs_page
 pytest.importorskip("fastapi", reason="fastapi, of the extra web, is not installed")
 
 from starlette.testclient import TestClient
+from tests.web.visiting import opened
 
 from wucht import run_file
 from wucht.web.live_server import LARGEST, file_below, live_server
-from wucht.web.worker_process import WorkerProcess
+from wucht.web.machine_list import machine_list
+from wucht.web.session import Session
+from wucht.web.workers import Workers
 
 PORT = 8417
 ORIGIN = f"http://127.0.0.1:{PORT}"
@@ -49,16 +55,26 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def worker(folder: Path) -> Iterator[WorkerProcess]:
-    """The process, which is started once; with time enough for the first equations on a busy computer."""
-    process = WorkerProcess(folder, judging=120.0)
-    yield process
-    process.close()
+def workers(folder: Path) -> Iterator[Workers]:
+    """The processes, which are started once; with time enough for the first equations on a busy computer."""
+    processes = Workers(folder, judging=120.0)
+    yield processes
+    processes.close()
+
+
+@contextmanager
+def client_with(folder: Path, **limits: float) -> Iterator[TestClient]:
+    """A server whose jobs have less time."""
+    workers, session = Workers(folder, **limits), Session(PORT)
+    yield opened(live_server(folder, PORT, workers, session), session)
+    workers.close()
 
 
 @pytest.fixture(scope="module")
-def client(folder: Path, worker: WorkerProcess) -> TestClient:
-    return TestClient(live_server(folder, PORT, worker), base_url=ORIGIN)
+def client(folder: Path, workers: Workers) -> TestClient:
+    """The user's browser, after the first page."""
+    session = Session(PORT)
+    return opened(live_server(folder, PORT, workers, session), session)
 
 
 def test_first_page_lists_files_below_the_folder_and_the_catalogue(client: TestClient) -> None:
@@ -79,9 +95,10 @@ def test_first_page_lists_files_below_the_folder_and_the_catalogue(client: TestC
 
 
 @needs_page
-def test_the_list_has_an_address_of_its_own(client: TestClient, folder: Path, worker: WorkerProcess) -> None:
+def test_the_list_has_an_address_of_its_own(client: TestClient, folder: Path, workers: Workers) -> None:
     """Where the first page is that of a file, what refuses another one leads to the list."""
-    of_file = TestClient(live_server(folder, PORT, worker, "drum.toml"), base_url=ORIGIN)
+    session = Session(PORT)
+    of_file = opened(live_server(folder, PORT, workers, session, "drum.toml"), session)
     assert "const page = " in of_file.get("/").text
     assert '<a href="/machines">All machines</a>' in of_file.get("/machine/nothing.toml").text
     assert of_file.get("/machines").text == client.get("/").text == client.get("/machines").text
@@ -96,6 +113,26 @@ def test_the_page_of_a_machine_knows_its_server(client: TestClient, name: str) -
     assert text["server"] == "/verdict"
     assert text["verdict"] is not None
     assert "connect-src 'self'" in re.search(r'Content-Security-Policy" content="([^"]*)"', page.text)[1]  # type: ignore[index]
+
+
+@needs_page
+@pytest.mark.parametrize(
+    "path", ["/machine/drum.toml", "/machine/drozdetskaya-2020/r1-u1", "/machine/sperling-vibration/figure-4"]
+)
+def test_a_page_runs_its_own_scripts_alone(client: TestClient, path: str) -> None:
+    """The policy of the header has the hash of each, and that of the page itself; a page without scripts runs none."""
+    answer = client.get(path)
+    scripts = re.findall(r"<script[^>]*>(.*?)</script>", answer.text, re.DOTALL)
+    hashes = [f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'" for text in scripts]
+    policies = [
+        answer.headers["content-security-policy"],
+        *re.findall(r'Content-Security-Policy" content="([^"]*)"', answer.text),
+    ]
+    assert len(policies) == 1 + bool(scripts)
+    for policy in policies:
+        rules = dict(rule.strip().partition(" ")[::2] for rule in policy.split(";"))
+        assert rules["default-src"] == "'none'"
+        assert rules.get("script-src", "").split() == hashes
 
 
 def test_every_answer_lets_a_page_load_nothing_and_ask_only_this_server(client: TestClient) -> None:
@@ -138,6 +175,25 @@ def test_what_cannot_be_shown_is_refused_by_a_sentence(client: TestClient, name:
     assert re.search(sentence, answer.text)
     assert "Traceback" not in answer.text
     assert "<script>" not in answer.text
+
+
+def test_a_file_of_the_list_is_read_once_until_it_changes(tmp_path: Path) -> None:
+    for k in range(3):
+        rows = "\n".join(f"key-{k}-{n} = [1.5, 2.5, 3.5]" for n in range(20_000))
+        (tmp_path / f"file-{k}.toml").write_text(f"{rows}\n", encoding="utf-8")
+    times, pages = [], []
+    for _ in range(2):
+        begin = time.process_time()
+        pages.append(machine_list(tmp_path, []))
+        times.append(time.process_time() - begin)
+    assert times[1] < times[0] / 20
+    assert pages[0] == pages[1]
+    assert "file-1.toml" not in pages[1]
+    with (tmp_path / "file-1.toml").open("a", encoding="utf-8") as file:
+        file.write("[machine]\n")
+    assert '<a href="/machine/file-1.toml">' in machine_list(tmp_path, [])
+    (tmp_path / "file-1.toml").write_text("[project]\n", encoding="utf-8")
+    assert "file-1.toml" not in machine_list(tmp_path, [])
 
 
 def test_files_below_a_folder(folder: Path) -> None:
@@ -217,6 +273,8 @@ def test_a_study_file_is_at_most_a_megabyte(client: TestClient) -> None:
     answer = client.post("/verdict", content=b"#" * (LARGEST + 1), headers=PAGE)
     assert (answer.status_code, answer.json()) == (413, {"error": "the study file is larger than 1 MB"})
     assert client.post("/verdict", content=b"#" * LARGEST, headers=PAGE).json()["error"].startswith("machine: ")
+    parts = iter([b"#" * LARGEST, b"#"])  # sent without its length
+    assert client.post("/verdict", content=parts, headers=PAGE).status_code == 413
 
 
 def test_bytes_that_are_no_text_are_refused(client: TestClient) -> None:
@@ -261,26 +319,21 @@ def test_a_newer_question_ends_the_one_before_it(client: TestClient) -> None:
     assert answers == [{"superseded": True}]
 
 
-def test_a_run_that_takes_too_long_is_given_up(
-    client: TestClient, worker: WorkerProcess, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(worker, "_judging", 0.3)
-    answer = verdict_of(client, STUDY.replace("0.5 s", "20000 s"))
+def test_a_run_that_takes_too_long_is_given_up(folder: Path) -> None:
+    with client_with(folder, judging=0.3) as client:
+        answer = verdict_of(client, STUDY.replace("0.5 s", "20000 s"))
     assert answer == {"error": "the run takes longer than 0.3 s: copy the study file, and use `wucht run`"}
 
 
 @needs_page
-def test_a_page_whose_verdict_takes_too_long_comes_without_one(
-    client: TestClient, worker: WorkerProcess, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(worker, "_judging", 0.3)
-    monkeypatch.setattr("wucht.web.worker_process._GRACE_S", 0.5)
-    page = client.get("/machine/long.toml")
+def test_a_page_whose_verdict_takes_too_long_comes_without_one(folder: Path) -> None:
+    with client_with(folder, judging=0.3) as client:
+        page = client.get("/machine/long.toml")
     assert page.status_code == 200
     assert json.loads(re.search(r"^const page = (.*);$", page.text, re.M)[1])["text"]["verdict"] is None  # type: ignore[index]
 
 
-def test_nothing_is_reported_to_anybody(folder: Path, worker: WorkerProcess, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nothing_is_reported_to_anybody(folder: Path, workers: Workers, monkeypatch: pytest.MonkeyPatch) -> None:
     """FastAPI can report requests where variables of the environment, or another library in the process, say so."""
     trace = pytest.importorskip("opentelemetry.trace", reason="this version of FastAPI reports nothing")
     spans = []
@@ -292,7 +345,8 @@ def test_nothing_is_reported_to_anybody(folder: Path, worker: WorkerProcess, mon
 
     monkeypatch.setenv("FASTAPI_OTEL_AUTO_CONFIGURE", "true")
     monkeypatch.setattr(trace, "get_tracer_provider", Provider)
-    client = TestClient(live_server(folder, PORT, worker), base_url=ORIGIN)
+    session = Session(PORT)
+    client = opened(live_server(folder, PORT, workers, session), session)
     assert client.get("/").status_code == 200
     assert spans == []
     from fastapi import FastAPI

@@ -6,7 +6,7 @@ import socket
 import sys
 import threading
 import webbrowser
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,9 +15,11 @@ import typer
 from wucht.errors import InputError, RunError
 
 if TYPE_CHECKING:
-    from wucht.web.worker_process import WorkerProcess
+    from wucht.web.workers import Workers
 
-DEFAULT_PORT = 8417
+# Any that is free: at a port known before, a server of another account could have left a script in the user's browser
+# (a service worker), which would get the first page.
+DEFAULT_PORT = 0
 _HOST, _LARGEST_PORT = "127.0.0.1", 65535
 
 
@@ -35,24 +37,33 @@ def live_app(
         if error.name not in ("fastapi", "uvicorn"):
             raise
         raise InputError("app", None, "this needs the extra: pip install wucht[web]", code="no-extra") from None
-    from wucht.web.worker_process import WorkerProcess
+    from wucht.web.opening_file import OpeningFile
+    from wucht.web.session import Session
+    from wucht.web.workers import Workers
 
     folder, name = _place(study)
-    with _bound_socket(port) as connection:
-        worker = WorkerProcess(folder)
-        try:
-            _check(worker, name)
-            address = f"http://{_HOST}:{connection.getsockname()[1]}/"
-            typer.echo(
-                f"Serving {study or f'the machines below {folder}'} at {address} (this computer only). Press Ctrl-C to stop."
-            )
-            sys.stdout.flush()
-            if browser:
-                threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
-            with suppress(KeyboardInterrupt):
-                serve(live_server(folder, connection.getsockname()[1], worker, name), connection, worker.close)
-        finally:
-            worker.close()
+    with _bound_socket(port) as connection, ExitStack() as at_the_end:
+        workers = Workers(folder)
+        at_the_end.callback(workers.close)
+        _check(workers, name)
+        bound_port = connection.getsockname()[1]
+        session = Session(bound_port)
+        address = f"http://{_HOST}:{bound_port}/"
+        first_address = f"{address}?key={session.first_key}"
+        opening_file = OpeningFile(first_address)
+        at_the_end.callback(opening_file.remove)
+        typer.echo(
+            f"Serving {study or f'the machines below {folder}'} at {address} (this computer only). Press Ctrl-C to stop."
+        )
+        # Another account may be able to read what is printed to a file, but not what is printed to the terminal.
+        typer.echo(f"{'If no page opens' if browser else 'To see it'}, open this address, which is good once: ", nl=False)
+        typer.echo(first_address if sys.stdout.isatty() else opening_file.path.as_uri())
+        sys.stdout.flush()
+        if browser:
+            threading.Thread(target=webbrowser.open, args=(opening_file.path.as_uri(),), daemon=True).start()
+        application = live_server(folder, bound_port, workers, session, name, opening_file.remove)
+        with suppress(KeyboardInterrupt):
+            serve(application, connection, at_the_end.close)
 
 
 def _place(study: str | None) -> tuple[Path, str | None]:
@@ -81,9 +92,9 @@ def _bound_socket(port: int) -> socket.socket:
     return connection
 
 
-def _check(worker: WorkerProcess, name: str | None) -> None:
+def _check(workers: Workers, name: str | None) -> None:
     """Raises ``InputError`` for a file that no page can show, ``RunError`` if the page was not built."""
-    answer = worker.check(name)
+    answer = workers.check(name)
     if "location" in answer:
         raise InputError(answer["location"], None, answer["explanation"])
     if "error" in answer:

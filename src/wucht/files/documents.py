@@ -16,6 +16,12 @@ from wucht.errors import InputError
 
 Document = dict[str, Any]
 DEEPEST = 40  # nested tables and lists
+# Texts, comments and words of TOML, none of which is read twice; a key of too many parts begins where a word or text does.
+_PART = r'(?:[\w-]++|"(?:[^"\\\n]|\\[^\n])*+"?|' + r"'[^'\n]*+'?)[ \t]*+"
+_MORE_PARTS = rf"(?:\.[ \t]*+{_PART}){{{DEEPEST}}}"
+_TEXT = r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"{3,5}|\Z)|' + r"'''(?:[^']|'(?!''))*+(?:'{3,5}|\Z)"
+_LONG_KEY = re.compile(_MORE_PARTS)
+_WORDS = re.compile(rf"{_TEXT}|#[^\n]*+|(?P<key>{_PART}){_MORE_PARTS}|{_PART}", re.DOTALL)
 _LONG_NUMBER = re.compile(r"\d[\d_]{4000}")
 LARGEST = 1_000_000_000  # bytes of a text file: its rows then take several times that in memory
 _MOST = 3  # values named one by one
@@ -75,6 +81,7 @@ def read_toml(path: Path) -> Document:
 
 def document_of(text: str, path: Path) -> Document:
     """The document in a text of TOML. path: of the file in errors. Raises ``InputError`` for invalid TOML."""
+    _refuse_long_keys(text, path)
     try:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -89,6 +96,17 @@ def document_of(text: str, path: Path) -> Document:
         if _is_deep({key: value}):  # by keys of many parts
             raise InputError(key, None, f"at most {DEEPEST} tables and lists may be nested").with_file(path)
     return document
+
+
+def _refuse_long_keys(text: str, path: Path) -> None:
+    """Raise ``InputError`` for a key ``a.b.c...`` of too many parts: tomllib's time goes with their number squared."""
+    if not _LONG_KEY.search(text):  # nor in a text or a comment, where it would be none
+        return
+    for word in _WORDS.finditer(text):
+        if word["key"]:
+            line = text.count("\n", 0, word.start()) + 1
+            explanation = f"at most {DEEPEST} tables and lists may be nested (at line {line})"
+            raise InputError(word["key"].strip(), None, explanation).with_file(path)
 
 
 def _is_deep(document: Document) -> bool:

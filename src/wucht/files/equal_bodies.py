@@ -89,6 +89,13 @@ def _groups(document: Document) -> list[str]:
     return [str(t["name"]) for t in tables if _is_group(t) and "name" in t] if isinstance(tables, list) else []
 
 
+def count_of_bodies(document: Document) -> int:
+    """Return the number of bodies that a machine's table describes, as far as it can be read: faults are reported later."""
+    tables = document.get("bodies")
+    counts = [t["count"] if _is_group(t) else 1 for t in tables] if isinstance(tables, list) else []
+    return sum(n if isinstance(n, int) and n > 0 else 1 for n in counts)
+
+
 def with_equal_bodies(document: Document) -> Document:
     """A copy of the machine's table in which each table with a ``count`` is replaced by those of its bodies.
 

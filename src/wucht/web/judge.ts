@@ -1,6 +1,7 @@
 /** The judge is Python, at a server: it is asked for a verdict on what is shown, after a pause; the newest question wins. */
 
 import { Debounced } from "./debounce.ts";
+import { tokenHeaders } from "./session.ts";
 
 /** In ms. */
 const PAUSE = 40;
@@ -50,7 +51,7 @@ export class Judge {
       const response = await fetch(this._address, {
         method: "POST",
         body: study,
-        headers: { "content-type": "text/plain; charset=utf-8" },
+        headers: { "content-type": "text/plain; charset=utf-8", ...tokenHeaders() },
         signal: request.signal,
       });
       answer = readAnswer(await response.text(), response.status);

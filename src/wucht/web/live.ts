@@ -19,6 +19,7 @@ const START = 20;
 const contents = { machine, page, levelCode };
 if (typeof document === "undefined") serve(contents, firstRequest);
 else {
+  if (page.text.server !== null) history.replaceState(null, "", location.pathname + location.hash); // without the key
   const original = originalScenario(machine, page.until);
   const computer = new Computer(contents, location.hash.length > 1 ? null : original);
   setTimeout(() => document.body.append(new LivePage(contents, original, computer).root), START);

@@ -15,11 +15,12 @@ import wucht
 from wucht.dynamics.drive_switches import switch_path, switchable_drives, with_switches
 from wucht.dynamics.live_machine import machine_description, machine_script
 from wucht.errors import WuchtError
+from wucht.file_names import replace_non_utf8
 from wucht.machines.machine import Machine
 from wucht.reports.markup import html_text
 from wucht.web.cards import Card
 from wucht.web.curve_panels import levels, matrices_code, panels
-from wucht.web.page_policy import page_policy
+from wucht.web.page_policy import page_policy, policy_tag
 from wucht.web.sliders import derived_parameters, parameter_groups
 from wucht.web.start_controls import start_groups
 
@@ -92,14 +93,19 @@ def live_page(machine: Machine, state: np.ndarray, until: float, turn: float, te
         "levels": levels(machine, names),
     }
     matrices = matrices_code(machine, names)
-    data = machine_script(exported_machine, state).removeprefix("export ").rstrip()
+    lines = [
+        machine_script(exported_machine, state).removeprefix("export ").rstrip(),
+        f"const page = {_json(contents)};",
+        f"const levelCode = {{ matrices: {matrices} }};",
+    ]
+    data = replace_non_utf8("\n".join(lines))
     return "\n".join(
         [
             "<!doctype html>",
             '<html lang="en">',
             "<head>",
             '<meta charset="utf-8">',
-            f'<meta http-equiv="Content-Security-Policy" content="{page_policy(text.server is not None)}">',
+            policy_tag(page_policy([data, script], asks_server=text.server is not None)),
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
             '<meta name="color-scheme" content="light dark">',
             f"<title>{html_text(machine.title, 160)}</title>",
@@ -107,9 +113,7 @@ def live_page(machine: Machine, state: np.ndarray, until: float, turn: float, te
             "</head>",
             "<body>",
             "<noscript>This page computes the motion of a machine; it needs JavaScript.</noscript>",
-            f'<script id="machine">{data}',
-            f"const page = {_json(contents)};",
-            f"const levelCode = {{ matrices: {matrices} }};</script>",
+            f'<script id="machine">{data}</script>',
             f'<script id="engine">{script}</script>',
             "</body>",
             "</html>",

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
+import signal
 import socket
+import sys
 from collections.abc import Callable
 from pathlib import Path, PurePosixPath
 from types import FrameType
@@ -11,20 +14,31 @@ from types import FrameType
 import uvicorn
 from fastapi import FastAPI, Request
 from fastapi.concurrency import run_in_threadpool
-from fastapi.responses import HTMLResponse, JSONResponse, Response
+from fastapi.responses import HTMLResponse, JSONResponse, PlainTextResponse, Response
+from starlette.requests import ClientDisconnect
 
 from wucht.web.local_requests import LocalRequests
 from wucht.web.machine_list import LIST, machine_list, sentence_page
-from wucht.web.worker_process import WorkerProcess
+from wucht.web.page_policy import stated_policy
+from wucht.web.session import Session
+from wucht.web.workers import Workers
 
-VERDICT = "/verdict"
+VERDICT, KEY = "/verdict", "/key"  # the latter as in `first_page.ts`
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 LARGEST = 1_000_000  # bytes of a study file
+SENDING_S = 20.0  # in which it must have come
 # FastAPI can report requests to where variables of the environment say; versions that cannot ignore this.
 _NO_TELEMETRY = dict.fromkeys(("tracing", "metrics", "logs", "operation_spans", "auto_configure"), False)
 
 
-def live_server(folder: Path, port: int, worker: WorkerProcess, file: str | None = None) -> LocalRequests:
+def live_server(
+    folder: Path,
+    port: int,
+    workers: Workers,
+    session: Session,
+    file: str | None = None,
+    after_opening: Callable[[], None] = lambda: None,
+) -> LocalRequests:
     """Return the application.
 
     Parameters
@@ -33,9 +47,12 @@ def live_server(folder: Path, port: int, worker: WorkerProcess, file: str | None
         Below which files are shown.
     port : int
         At which it is served: other hosts and origins are refused.
-    worker : WorkerProcess
+    workers : Workers
+    session : Session
     file : str, optional
         A file or catalogue name, whose page is the first one; by default that is the list, which is at ``/machines`` as well.
+    after_opening : callable, optional
+        Called once the session's first key is used.
 
     Returns
     -------
@@ -46,16 +63,16 @@ def live_server(folder: Path, port: int, worker: WorkerProcess, file: str | None
     root = folder.resolve()
 
     def shown_page(name: str) -> Response:
-        answer = worker.page(name, VERDICT)
+        answer = workers.page(name, VERDICT)
         if "page" in answer:
-            return HTMLResponse(answer["page"])
+            return HTMLResponse(answer["page"], headers={"content-security-policy": stated_policy(answer["page"])})
         return _refusal(str(answer["error"]), int(answer.get("status", 422)))
 
     def first_page() -> Response:
         return list_page() if file is None else shown_page(file)
 
     def list_page() -> Response:
-        answer = worker.machines()
+        answer = workers.machines()
         if "names" not in answer:
             return _refusal(str(answer["error"]), 503)
         return HTMLResponse(machine_list(root, answer["names"]))
@@ -67,31 +84,64 @@ def live_server(folder: Path, port: int, worker: WorkerProcess, file: str | None
         return shown_page(name if path is None else str(path))
 
     async def verdict(request: Request) -> Response:
-        body = bytearray()
-        async for chunk in request.stream():
-            body += chunk
-            if len(body) > LARGEST:
-                return JSONResponse({"error": f"the study file is larger than {LARGEST // 1_000_000} MB"}, 413)
         try:
-            text = body.decode("utf-8")
-        except UnicodeDecodeError:
-            return JSONResponse({"error": "the study file is not UTF-8 text"}, 422)
-        answer = await run_in_threadpool(worker.verdict, text)
+            text = await _study_text(request)
+        except ClientDisconnect:  # nobody reads an answer
+            return Response(status_code=400)
+        except _RefusedError as error:
+            return JSONResponse({"error": error.sentence}, error.status)
+        answer = await run_in_threadpool(workers.verdict, text)
         return JSONResponse({key: answer[key] for key in ("label", "sentence", "error", "superseded") if key in answer})
+
+    async def key() -> Response:
+        return PlainTextResponse(session.new_key())
 
     app.add_api_route("/", first_page)
     app.add_api_route(LIST, list_page)
     app.add_api_route("/machine/{name:path}", machine_page)
     app.add_api_route(VERDICT, verdict, methods=["POST"])
-    return LocalRequests(app, port)
+    app.add_api_route(KEY, key, methods=["POST"])
+    return LocalRequests(app, port, session, after_opening)
+
+
+class _RefusedError(Exception):
+    """A study file that is not read: a sentence, and the status of the answer."""
+
+    def __init__(self, sentence: str, status: int) -> None:
+        super().__init__(sentence)
+        self.sentence, self.status = sentence, status
+
+
+async def _study_text(request: Request) -> str:
+    """The study file that a page sends. Raises ``_RefusedError``, and ``ClientDisconnect`` for one that ends too early."""
+    too_large = _RefusedError(f"the study file is larger than {LARGEST // 1_000_000} MB", 413)
+    if int(request.headers.get("content-length", "0")) > LARGEST:
+        raise too_large
+    body = bytearray()
+    try:
+        async with asyncio.timeout(SENDING_S):
+            async for chunk in request.stream():
+                body += chunk
+                if len(body) > LARGEST:
+                    raise too_large
+    except TimeoutError:
+        raise _RefusedError(f"the study file has not come within {SENDING_S:g} s", 408) from None
+    except asyncio.CancelledError:  # the task of the request ends with this answer
+        raise _RefusedError("the server is being stopped", 503) from None
+    try:
+        return body.decode("utf-8")
+    except UnicodeDecodeError:
+        raise _RefusedError("the study file is not UTF-8 text", 422) from None
 
 
 class _Server(uvicorn.Server):  # type: ignore[misc]
-    """A server that ends the jobs when a signal stops it."""
+    """A server that ends the jobs when a signal stops it; so does that of a terminal which is closed."""
 
     def __init__(self, config: uvicorn.Config, stop: Callable[[], None]) -> None:
         super().__init__(config)
         self._stop = stop
+        if sys.platform != "win32" and signal.getsignal(signal.SIGHUP) == signal.SIG_DFL:  # it is ignored after `nohup`
+            signal.signal(signal.SIGHUP, self.handle_exit)
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """End the jobs, whose requests the server would wait for."""

@@ -1,6 +1,6 @@
-"""The process that makes pages and verdicts for ``wucht app``: jobs come as lines of JSON on stdin, answers go to stdout.
+"""A process that makes pages and verdicts for ``wucht app``: jobs come as lines of JSON on stdin, answers go to stdout.
 
-One process, so that the time and the memory of a job can be bounded, and what was compiled is still there for the next one.
+A process of its own, so that the time and the memory of a job can be bounded; it stays, with what was compiled, for the next.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -23,10 +24,10 @@ from wucht.files.documents import files_below
 from wucht.studies.resource_limits import machine_memory
 from wucht.web.live_page import built_file
 from wucht.web.shared_study import shareable_study, shared_page
-from wucht.web.shown_study import shown_verdict
+from wucht.web.shown_study import refuse_many_bodies, shown_verdict
 
 _LIBRARY_BYTES = 3e9  # of address space that libraries take, most of it unused
-_MEMORY_SHARE, _MOST_MEMORY = 0.5, 16e9  # of the memory, in bytes: one verdict needs no more than half of so much
+_MEMORY_SHARE, _MOST_MEMORY = 0.25, 16e9  # of the memory, in bytes: three such processes leave a quarter of it
 _MISSING = frozenset({"no-file", "unknown-name", "outside"})
 
 
@@ -108,13 +109,27 @@ def _judge(job: dict[str, Any], check: Callable[[], None]) -> dict[str, Any]:
 
 def _make_page(job: dict[str, Any], _check: Callable[[], None]) -> dict[str, Any]:
     with files_below(Path(job["folder"]), FOLDER):
+        _refuse_many_bodies(job["name"])
         return {"page": shared_page(job["name"], verdict=None if job["judged"] else False, server=job["server"])}
+
+
+def _refuse_many_bodies(name: str) -> None:
+    document, path = load_document(name)
+    try:
+        description = described_machine(document, path, name, {})
+    except InputError:  # reported where the machine is built
+        return
+    try:
+        refuse_many_bodies(description)
+    except InputError as error:
+        raise error.with_file(path) from None
 
 
 def _list_machines(_job: dict[str, Any], _check: Callable[[], None]) -> dict[str, Any]:
     return {"names": [n for n in names() if _can_move(n)]}
 
 
+@cache
 def _can_move(name: str) -> bool:
     """True for a machine of the catalogue that can be exported: none of its bodies is locked until a release."""
     document, path = load_document(name)
@@ -129,6 +144,7 @@ def _check_file(job: dict[str, Any], _check: Callable[[], None]) -> dict[str, An
     if job["name"] is None:
         return {}
     with files_below(Path(job["folder"]), FOLDER):
+        _refuse_many_bodies(job["name"])
         return {"title": str(short_name(shareable_study(job["name"])[0].path))}
 
 

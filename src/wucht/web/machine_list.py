@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Sequence
+from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 from urllib.parse import quote
@@ -68,11 +69,19 @@ def _toml_files(folder: Path) -> Iterator[Path]:
 def _has_machine(path: Path) -> bool:
     """True for a file with a table ``[machine]``, and for one that cannot be read: its page says why."""
     try:
-        return path.stat().st_size > _LARGEST or "machine" in read_toml(path)
-    except InputError:
-        return True
+        about = path.stat()
     except OSError:
         return False
+    return about.st_size > _LARGEST or _reads_machine(path, about.st_ino, about.st_size, about.st_mtime_ns, about.st_ctime_ns)
+
+
+@lru_cache(maxsize=2 * _MOST_FILES)
+def _reads_machine(path: Path, *_version: int) -> bool:
+    """Whether this version of a file has the table: a file is read once, until it changes."""
+    try:
+        return "machine" in read_toml(path)
+    except InputError:
+        return True
 
 
 def _links(names: Iterable[str]) -> str:

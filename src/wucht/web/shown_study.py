@@ -13,11 +13,13 @@ from wucht.dynamics.run_ups.run_up import RunUpCase, run_up
 from wucht.dynamics.work import Report, Work
 from wucht.errors import InputError
 from wucht.files.building import machine_from, with_settings
-from wucht.files.documents import document_of, refuse_bare_frequencies, settings_in
+from wucht.files.documents import Document, document_of, refuse_bare_frequencies, settings_in
+from wucht.files.equal_bodies import count_of_bodies
 from wucht.schema import refuse_unknown, require_table, text
 from wucht.studies.resource_limits import refuse_numbers, refuse_turns
 from wucht.studies.study_file import DEFAULT_KIND, StudyFile, machine_study
 
+MOST_BODIES = 100  # of a machine whose equations somebody waits for before a page: of these they take 20 s
 _NAME = "study"
 
 
@@ -47,11 +49,21 @@ def shown_study(toml: str) -> StudyFile:
     study = require_table(document, "study", "study") if "study" in document else {}
     if study.get("kind", DEFAULT_KIND) != DEFAULT_KIND:
         raise InputError("study.kind", study["kind"], f"must be {DEFAULT_KIND!r}: nothing else is judged here")
+    refuse_many_bodies(table)
     description = with_settings(table, settings_in(table))
+    refuse_many_bodies(description)
     refuse_bare_frequencies(description, "machine")
     machine = machine_from(description, text(document, "title", "") or "")
     question = machine_study(_NAME, machine, {"study": study} if study else {})
     return replace(question, document=dict(question.document) | {"machine": description})
+
+
+def refuse_many_bodies(description: Document) -> None:
+    """Raise ``InputError`` for the table of a machine that has more bodies than a page shows while somebody waits for it."""
+    count = count_of_bodies(description)
+    if count > MOST_BODIES:
+        explanation = f"at most {MOST_BODIES} bodies are shown here; use `wucht run`, or `wucht share` for a page"
+        raise InputError("machine.bodies", count, explanation, code="limits")
 
 
 def shown_verdict(toml: str, progress: Report) -> tuple[str, str]:

@@ -1,4 +1,4 @@
-"""The server's side of the process that makes pages and verdicts: one job at a time, each in limited time."""
+"""The server's side of a process that makes pages and verdicts: one job at a time, each in limited time."""
 
 from __future__ import annotations
 
@@ -14,13 +14,10 @@ from typing import Any
 
 from wucht.environment import environment_of_libraries
 
-JUDGING_S = 20.0  # of a verdict, and of the one with which a page begins
-MAKING_S = 120.0  # of a page: the equations of many bodies take a minute
 _GRACE_S = 3.0  # after which a process that does not notice the end of its time is killed
 
 Answer = dict[str, Any]
 _END_SENTENCE = "the process that computes has ended: it ran out of memory, or the server is being stopped"
-SUPERSEDED_ANSWER: Mapping[str, Any] = {"superseded": True}
 
 
 def timeout_sentence(job: str, limit: float) -> str:
@@ -35,91 +32,25 @@ def timeout_sentence(job: str, limit: float) -> str:
 
 
 class WorkerProcess:
-    """Does jobs in a process that is started when it is needed, and anew after it was killed.
-
-    Safe to use from several threads: jobs wait for each other. Of the verdicts that are asked for only the newest is given;
-    those before it are cancelled, and answered as superseded.
+    """Does jobs, one at a time, in a process that is started when it is needed, and anew after it was killed.
 
     Parameters
     ----------
     folder : Path
         Below which files may be read.
-    judging, making : float, optional
-        The longest time of a verdict, and of a page, in s.
     """
 
-    def __init__(self, folder: Path, judging: float = JUDGING_S, making: float = MAKING_S) -> None:
-        self._folder, self._judging, self._making = folder, judging, making
-        self._job_lock = threading.Lock()  # one job is done at a time
-        self._state = threading.Lock()
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
         self._write_lock = threading.Lock()  # a line to the process is whole
         self._process: subprocess.Popen[str] | None = None
         self._lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
-        self._number = 0
-        self._newest = 0  # verdict
-        self._verdict_number = 0  # the job of the verdict that is being made
         self._is_closed = False
 
-    def verdict(self, text: str) -> Answer:
-        """Judge the study file of what is shown: ``label`` and ``sentence``, or ``error``, or ``superseded``."""
-        number = self._supersede()
-        with self._job_lock:
-            with self._state:
-                if self._newest != number:
-                    return dict(SUPERSEDED_ANSWER)
-                self._verdict_number = number
-            answer = self._answer_to({"job": "verdict", "text": text}, number, self._judging)
-            with self._state:
-                self._verdict_number = 0
-            return answer if self._newest == number else dict(SUPERSEDED_ANSWER)
-
-    def page(self, name: str, server: str | None) -> Answer:
-        """Make the page of a file or catalogue name: ``page``, or ``error`` and ``status``.
-
-        A page has no verdict if that takes long. A verdict that is being made, of a page before this one, is given up.
-        """
-        job = {"job": "page", "name": name, "server": server}
-        self._supersede()
-        with self._job_lock:
-            answer = self._answer_to(job | {"judged": True}, self._next_number(), self._judging)
-            if "timed_out" in answer:
-                answer = self._answer_to(job | {"judged": False}, self._next_number(), self._making)
-        return answer | {"status": 503} if "timed_out" in answer else answer
-
-    def machines(self) -> Answer:
-        """``names`` of the machines of the catalogue that a page can show."""
-        with self._job_lock:
-            return self._answer_to({"job": "names"}, self._next_number(), self._making)
-
-    def check(self, name: str | None) -> Answer:
-        """Whether pages can be made, and that of the file: ``error`` where not."""
-        with self._job_lock:
-            return self._answer_to({"job": "check", "name": name}, self._next_number(), self._making)
-
-    def close(self) -> None:
-        """End the process; jobs that wait are answered at once. May be called in a signal handler."""
-        self._is_closed = True
-        if self._process is not None:
-            self._process.kill()
-
-    def _next_number(self) -> int:
-        with self._state:
-            self._number += 1
-            return self._number
-
-    def _supersede(self) -> int:
-        """Give up the verdict that is being made, and those that wait; return the number of the newest job."""
-        number = self._next_number()
-        with self._state:
-            self._newest = number
-            if self._verdict_number:
-                self._write({"cancel": self._verdict_number})
-        return number
-
-    def _answer_to(self, job: Mapping[str, Any], number: int, limit: float) -> Answer:
-        """The answer to a job; ``timed_out`` and ``error`` where it takes too long."""
+    def answer(self, job: Mapping[str, Any], number: int, limit: float) -> Answer:
+        """Do a job of this number; ``timed_out`` and ``error`` where it takes longer than the limit, in s."""
         if self._is_closed:
-            return {"error": "the server is being stopped", "status": 503}
+            return {"error": _END_SENTENCE, "status": 503}
         process = self._running_process()
         self._write({"id": number, "folder": str(self._folder), "limit": limit, **job})
         try:
@@ -132,6 +63,16 @@ class WorkerProcess:
             return {"error": _END_SENTENCE, "status": 503}
         answer: Answer = {key: value for key, value in json.loads(line).items() if key != "id"}
         return answer | {"error": timeout_sentence(job["job"], limit)} if "timed_out" in answer else answer
+
+    def cancel(self, number: int) -> None:
+        """Give up the job of this number, which may not have begun yet. Safe to call from other threads."""
+        self._write({"cancel": number})
+
+    def close(self) -> None:
+        """End the process for good; a job that it does is answered at once. May be called in a signal handler."""
+        self._is_closed = True
+        if self._process is not None:
+            self._process.kill()
 
     def _running_process(self) -> subprocess.Popen[str]:
         if self._process is None:
