@@ -18,10 +18,9 @@ from wucht.studies.spec import Spec
 
 SOURCE = Path(__file__).parent.parent / "src" / "wucht"
 FLOORS = [
-    "earlier_names", "errors", "environment", "schema", "disk_cache", "file_names", "machine_shape", "piecewise", "system", "kinds",
-    "results",
-    "numerics", "fatigue", "mechanics", "machines", "files", "analysis", "measurements", "cams", "dynamics", "plots", "studies",
-    "reports", "web", "extending", "cli",
+    "earlier_names", "errors", "environment", "schema", "disk_cache", "file_names", "machine_shape", "piecewise", "system",
+    "kinds", "results", "numerics", "fatigue", "mechanics", "machines", "files", "analysis", "measurements", "cams", "dynamics",
+    "plots", "studies", "reports", "web", "extending", "cli",
 ]  # fmt: skip
 ALLOWED = {floor: set(FLOORS[: FLOORS.index(floor) + 1]) for floor in FLOORS}
 MODULES = {path.relative_to(SOURCE.parent).with_suffix("").as_posix().replace("/", ".").removesuffix(".__init__"): path
