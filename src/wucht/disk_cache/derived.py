@@ -1,6 +1,6 @@
 """Results of pure functions, kept for the next process: called once for all processes with equal inputs.
 
-A result is identified by the values of its inputs and the state of the program: its files, Python and SymPy.
+A result is identified by the values of its inputs and the state of the program: its files, Python, SymPy and Pint.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from wucht.disk_cache.user_key import key_for
 
 _Result = TypeVar("_Result")
 _STABLE_PACKAGES = {"wucht", "sympy", "builtins"}  # packages whose classes belong to the state of the program
+_LIBRARIES = ("sympy", "pint")  # of whose versions results depend; those of LLVM are inputs
 _PROGRAMS = 4  # states of the program whose results are kept: those used last
 
 
@@ -108,7 +109,8 @@ def _program_folder(root: Path) -> str:
     """Name of the folder for the present state of the program, made if possible; old ones are removed."""
     from importlib.metadata import version
 
-    state = sha256(repr((sys.version, version("sympy"), program_state())).encode()).hexdigest()[:16]
+    versions = sys.version, *map(version, _LIBRARIES)
+    state = sha256(repr((versions, program_state())).encode()).hexdigest()[:16]
     folder = root / f"derived-{state}"
     with suppress(OSError):
         make_folder(root)
