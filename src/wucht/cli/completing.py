@@ -19,7 +19,7 @@ from warnings import catch_warnings, simplefilter
 
 _PACKAGE = Path(__file__).parent.parent
 _CATALOGUE = _PACKAGE / "machines" / "catalogue"
-_ENTRY = "completion-words"  # of the cache
+_ENTRY = "completion"  # of the cache
 _LONGEST_CHAIN = 20  # of files, each of which uses the next
 _STUDY_COMMANDS = ("run", "equations", "compare")
 _CATALOGUE_COMMANDS = (*_STUDY_COMMANDS, "new", "list")

@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 
 from wucht.disk_cache.entries import cache_folder, read_entry, store_entry
 from wucht.disk_cache.plain_data import from_bytes, to_bytes
-from wucht.disk_cache.private_files import WINDOWS, is_private, make_folder, warn_once
+from wucht.disk_cache.private_files import make_folder, privacy_problem, warn_once
 from wucht.disk_cache.user_key import key_for
 
 _Result = TypeVar("_Result")
@@ -67,13 +67,12 @@ def _usable_folder(root: Path) -> str | None:
         return None
     name = _program_folder(root)
     try:
-        private = is_private(root / name, (root / name).lstat())
+        problem = privacy_problem(root / name, (root / name).lstat())
     except (OSError, RuntimeError):
         return None
-    if not private:
-        reason = "is not in your profile folder" if WINDOWS else "is not yours alone (others may write there)"
-        warn_once(f"the cache folder {root / name} {reason}: it is not used; see WUCHT_CACHE_DIR")
-    return name if private else None
+    if problem is not None:
+        warn_once(f"the cache folder {root / name} {problem}: it is not used; see WUCHT_CACHE_DIR")
+    return None if problem else name
 
 
 class _KeyPickler(pickle.Pickler):

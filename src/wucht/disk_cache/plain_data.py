@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -89,7 +90,7 @@ class _Reader:
     def __init__(self, nodes: list[list[Any]]) -> None:
         import sympy as sp
 
-        self._unevaluated = (sp.Add, sp.Mul, sp.Pow, sp.Function)  # classes that take the option
+        self._basic, self._unevaluated = sp.Basic, (sp.Add, sp.Mul, sp.Pow, sp.Function)  # which take the option
         self._makers: dict[str, tuple[type, dict[str, bool]]] = {}
         self._values: list[Any] = []
         for node in nodes:
@@ -122,6 +123,8 @@ class _Reader:
         """A class, and the option with which it makes an expression as it was."""
         if name not in self._makers:
             made_class = _class(name)
+            if not (issubclass(made_class, self._basic) or is_dataclass(made_class)):
+                raise ValueError(f"{name} is neither a class of expressions nor a dataclass")
             self._makers[name] = made_class, {"evaluate": False} if issubclass(made_class, self._unevaluated) else {}
         return self._makers[name]
 
@@ -130,22 +133,23 @@ def _class_name(of: type) -> str:
     """Module and name of a class. Raises ``TypeError`` for a class that is not found by them."""
     name = f"{of.__module__}:{of.__qualname__}"
     try:
-        found = _class(name)
-    except (ValueError, AttributeError):
-        found = None
-    if found is not of:
+        named = _class(name)
+    except ValueError:
+        named = None
+    if named is not of:
         raise TypeError(f"{of.__qualname__} is not a class of {' or '.join(_PACKAGES)}")
     return name
 
 
 def _class(name: str) -> type:
-    """The class of a name. Raises ``ValueError`` for one of another package."""
+    """The class of a name. Raises ``ValueError`` if there is none, or it is of another package."""
     module_name, _, qualified_name = name.partition(":")
-    if module_name.split(".")[0] not in _PACKAGES:
-        raise ValueError(f"{name} is not a class of {' or '.join(_PACKAGES)}")
-    value: Any = sys.modules.get(module_name) or import_module(module_name)
-    for part in qualified_name.split("."):
-        value = getattr(value, part)
+    value: Any = None
+    if module_name.split(".")[0] in _PACKAGES:
+        with suppress(ImportError, AttributeError):
+            value = sys.modules.get(module_name) or import_module(module_name)
+            for part in qualified_name.split("."):
+                value = getattr(value, part)
     if not isinstance(value, type):
-        raise ValueError(f"{name} is not a class")
+        raise ValueError(f"{name} is not a class of {' or '.join(_PACKAGES)}")
     return value

@@ -21,11 +21,15 @@ def make_folder(folder: Path) -> None:
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
 
 
-def is_private(path: Path, status: os.stat_result) -> bool:
-    """True if the user owns a file or folder and nobody else may write it; on Windows: if it is in the user's profile."""
+def privacy_problem(path: Path, status: os.stat_result) -> str | None:
+    """Describe why a file or folder is not the user's, or may be written by others.
+
+    None if nothing. On Windows its place decides.
+    """
     if WINDOWS:
-        return path.resolve().is_relative_to(Path.home())
-    return status.st_uid == os.geteuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+        return None if path.resolve().is_relative_to(Path.home()) else "is not in your profile folder"
+    is_private = status.st_uid == os.geteuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+    return None if is_private else "is not yours alone (others may write there)"
 
 
 def read_file(path: Path, limit: int) -> tuple[bytes, os.stat_result]:

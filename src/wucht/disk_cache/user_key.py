@@ -14,8 +14,8 @@ from pathlib import Path
 
 from wucht.disk_cache.private_files import (
     WINDOWS,
-    is_private,
     make_folder,
+    privacy_problem,
     read_file,
     temporary_beside,
     warn_once,
@@ -72,10 +72,9 @@ def _read(path: Path) -> bytes:
         if error.errno == ELOOP:
             raise _RefusedKeyError("is a link") from None
         raise
-    if not is_private(path.parent, path.parent.stat()):
-        raise _RefusedKeyError("is in a folder that other accounts may write")
-    if not is_private(path, status):
-        raise _RefusedKeyError("belongs to another account, or others may write it")
+    problems = privacy_problem(path.parent, path.parent.stat()), privacy_problem(path, status)
+    if any(problems):
+        raise _RefusedKeyError(f"is in a folder that {problems[0]}" if problems[0] else str(problems[1]))
     if not WINDOWS and status.st_mode & (stat.S_IRWXG | stat.S_IRWXO):
         raise _RefusedKeyError(f"can be read by other accounts (mode {stat.S_IMODE(status.st_mode):04o})")
     if len(key) != _SIZE:
