@@ -53,8 +53,8 @@ class _Writer:
         """The place of a value, or the value itself."""
         if isinstance(value, _INLINE):
             return value
-        if (known := self._places.get(id(value))) is not None:
-            return known[0]
+        if (earlier := self._places.get(id(value))) is not None:
+            return earlier[0]
         self.nodes.append(self._node(value))
         self._places[id(value)] = len(self.nodes) - 1, value
         return len(self.nodes) - 1
@@ -103,9 +103,9 @@ class _Reader:
     def _read(self, node: list[Any]) -> Any:
         kind = node[0]
         if kind == "expression":
-            made_class, unevaluated = self._maker(node[1])
+            made_class, more_options = self._maker(node[1])
             options = {name: self.value(place) for name, place in node[2].items()}
-            return made_class(*map(self.value, node[3:]), **options, **unevaluated)
+            return made_class(*map(self.value, node[3:]), **options, **more_options)
         if kind == "int":
             return int(node[1])
         if kind == "dict":
@@ -133,10 +133,10 @@ def _class_name(of: type) -> str:
     """Module and name of a class. Raises ``TypeError`` for a class that is not found by them."""
     name = f"{of.__module__}:{of.__qualname__}"
     try:
-        named = _class(name)
+        candidate = _class(name)
     except ValueError:
-        named = None
-    if named is not of:
+        candidate = None
+    if candidate is not of:
         raise TypeError(f"{of.__qualname__} is not a class of {' or '.join(_PACKAGES)}")
     return name
 

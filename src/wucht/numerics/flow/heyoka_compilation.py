@@ -195,12 +195,12 @@ def _no_cache_of_heyoka(hy: Any) -> Iterator[None]:
     """Compile without heyoka's files, whose machine code is not authenticated, while the block lasts."""
     states = hy.llvm_state
     with _COMPILING:
-        enabled = states.get_diskcache_enabled()
+        was_enabled = states.get_diskcache_enabled()
         states.set_diskcache_enabled(False)
         try:
             yield
         finally:
-            states.set_diskcache_enabled(enabled)
+            states.set_diskcache_enabled(was_enabled)
 
 
 @cache
