@@ -20,6 +20,7 @@ import sympy as sp
 from wucht import disk_cache
 from wucht.disk_cache import derived as derived_module
 from wucht.disk_cache import private_files
+from wucht.disk_cache.user_key import key_for
 from wucht.machines.parts.base import Release
 from wucht.system import Output, SecondOrder, System
 
@@ -368,6 +369,33 @@ def test_processes_that_begin_at_once_have_one_key(folder, tmp_path):
     assert [p.name for p in (tmp_path / "state/wucht").iterdir()] == ["cache-key"]
     again = child(*expressions)
     assert (again.stdout.split(), again.stderr) == (["0"], "")
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes that begin at once are forks")
+def test_of_processes_that_make_a_key_at_once_one_does(folder, tmp_path, monkeypatch):
+    for number in range(40):
+        state = tmp_path / f"state-{number}"
+        monkeypatch.setenv("XDG_STATE_HOME", str(state))
+        (wait, begin), (answers, answer_to) = os.pipe(), os.pipe()
+        children = [_key_maker(folder, wait, begin, answer_to) for _ in range(4)]
+        os.close(wait)
+        os.close(begin)  # which all wait for
+        for process in children:
+            os.waitpid(process, 0)
+        assert os.read(answers, 1000) == (state / "wucht/cache-key").read_bytes() * 4
+        os.close(answers)
+        os.close(answer_to)
+
+
+def _key_maker(folder: Path, wait: int, begin: int, answer_to: int) -> int:
+    """A process that writes its key when the pipe is closed."""
+    process = os.fork()
+    if not process:
+        os.close(begin)
+        os.read(wait, 1)
+        os.write(answer_to, key_for(folder) or b"none")
+        os._exit(0)
+    return process
 
 
 CHILD = """
