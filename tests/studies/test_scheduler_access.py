@@ -93,7 +93,7 @@ def test_by_tls_nobody_connects_without_a_certificate(tmp_path: Path, monkeypatc
         subprocess.run(documented("openssl req"), cwd=tmp_path / name, check=True, capture_output=True)
     assert (tmp_path / "key.pem").stat().st_mode & 0o077 == 0
     port = str(free_port())
-    place = {"tls://0.0.0.0": "tls://127.0.0.1", "tls://host:8786": f"tls://127.0.0.1:{port}"}
+    place = {"tls://0.0.0.0": "tls://127.0.0.1", "tls://host:8786": f"tls://127.0.0.1:{port}", "8787": str(free_port())}
     address, plain = f"tls://127.0.0.1:{port}", f"tcp://127.0.0.1:{port}"
 
     def certify(folder: Path) -> None:
@@ -105,9 +105,9 @@ def test_by_tls_nobody_connects_without_a_certificate(tmp_path: Path, monkeypatc
         dask.config.refresh()
 
     with ExitStack() as stack:
-        options = ["--port", port, "--no-dashboard"]
-        stack.enter_context(started(tmp_path, [*documented("dask scheduler --host tls"), *options], replaced=place))
-        words = [*documented("dask worker tls"), "--host", "127.0.0.1", "--no-dashboard"]
+        words = [*documented("dask scheduler --host tls"), "--port", port]
+        stack.enter_context(started(tmp_path, words, replaced=place))
+        words = [*documented("dask worker tls"), "--host", "127.0.0.1"]
         stack.enter_context(started(tmp_path, words, replaced=place))
         certify(tmp_path)
         until(lambda: threads(address) == 1)

@@ -1,6 +1,6 @@
 """Results of pure functions, kept for the next process: called once for all processes with equal inputs.
 
-A result is identified by the values of its inputs and the state of the program: its files, Python, SymPy and Pint.
+A result is identified by the values of its inputs and the state of the program: its files, Python, SymPy, NumPy and Pint.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from wucht.disk_cache.user_key import key_for
 
 _Result = TypeVar("_Result")
 _STABLE_PACKAGES = {"wucht", "sympy", "builtins"}  # packages whose classes belong to the state of the program
-_LIBRARIES = ("sympy", "pint")  # of whose versions results depend; those of LLVM are inputs
+_LIBRARIES = ("sympy", "numpy", "pint")  # of whose versions results depend; those of LLVM are inputs
 _PROGRAMS = 4  # states of the program whose results are kept: those used last
 
 
