@@ -118,7 +118,7 @@ def test_who_has_the_key_can_run_programs(here: Path, owner: Path) -> None:
     assert target.exists()
 
 
-@pytest.mark.parametrize("count", [1, pytest.param(100, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [1, pytest.param(50, marks=pytest.mark.slow)])
 def test_a_damaged_cache(here: Path, owner: Path, expected: xr.Dataset, count: int) -> None:
     """Some entries changed, exchanged or removed: each time the same result, and one note at most.
 
