@@ -72,10 +72,10 @@ start = { p1 = "0.3 rad", p2 = "-0.5 rad" }
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Tests derive everything anew: they share a cache folder of their own, which all workers and commands inherit."""
+    """Tests derive everything anew: they share a cache folder and a key of their own, which all workers and commands have."""
     if not hasattr(config, "workerinput"):
         folder = tempfile.TemporaryDirectory(prefix="wucht-tests-")
-        os.environ["WUCHT_CACHE_DIR"] = folder.name
+        os.environ |= {"WUCHT_CACHE_DIR": f"{folder.name}/cache", "XDG_STATE_HOME": f"{folder.name}/state"}
         config.add_cleanup(folder.cleanup)
 
 

@@ -1,243 +1,469 @@
-"""What is derived once: found again by its inputs and in another process, derived anew where it is not there."""
+"""What is derived once: read back by its inputs and in another process; what this user's processes did not write is not loaded.
 
+Authentication codes are computed here a second time, by RFC 2104 as written: H(K ^ opad, H(K ^ ipad, text)).
+"""
+
+import hashlib
+import json
 import os
 import pickle
 import subprocess
 import sys
-from collections.abc import Iterator
-from dataclasses import dataclass, field
-from functools import cached_property
+import warnings
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, get_type_hints
+from shutil import copytree
 
 import pytest
 import sympy as sp
 
 from wucht import disk_cache
-from wucht.analysis import averaged_equations as averaged
-from wucht.analysis import relative_equilibria
-from wucht.machines import structure
+from wucht.disk_cache import derived as derived_module
+from wucht.disk_cache import private_files
+from wucht.disk_cache.user_key import key_for
 from wucht.machines.parts.base import Release
-from wucht.mechanics import linear_carrier
-from wucht.numerics.continuation import equations
-from wucht.numerics.flow import program
-from wucht.numerics.phase_plane import plane
-
-disk_cache._STABLE_PACKAGES.add(__name__)  # as if the classes here were the program's
-
-
-@dataclass(frozen=True)
-class Question:
-    expression: sp.Expr
-    release: Release | None = None
-    label: str = field(default="", compare=False)
-
-    @cached_property
-    def own(self) -> str:
-        return f"computed by process {os.getpid()}"
-
+from wucht.system import Output, SecondOrder, System
 
 calls: list[object] = []
-MODULES = (averaged, relative_equilibria, structure, linear_carrier, equations, program, plane)
+x, v = sp.symbols("x v", real=True)
+NOT_WINDOWS = pytest.mark.skipif(os.name == "nt", reason="Windows has no such modes")
 
 
-def itself(question: Question) -> Question:
-    return question
-
-
-def squared(question: Question, factor: float) -> Question:
-    calls.append(question)
+def squared(output: Output, factor: float, release: Release | None = None) -> Output:
+    calls.append(output)
     if factor < 0:
         raise ValueError("negative")
-    return Question(factor * question.expression**2, label=question.label)
+    return Output(output.name, factor * output.expression**2, output.unit, output.long_name)
 
 
-derived = disk_cache.derived_once(squared)
-x = sp.Symbol("x", real=True)
+def same(system: System) -> System:
+    calls.append(system)
+    return system
+
+
+derived, derived_system = disk_cache.derived_once(squared), disk_cache.derived_once(same)
+
+
+def question(expression: sp.Expr = x) -> Output:
+    return Output("y", expression)
+
+
+def answer(expression: sp.Expr = x, factor: float = 1.0) -> Output:
+    return Output("y", factor * expression**2)
 
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
     calls.clear()
-    disk_cache._warn_once.cache_clear()
     monkeypatch.setenv("WUCHT_CACHE_DIR", str(tmp_path / "cache"))
-    disk_cache._folder.cache_clear()
-    yield tmp_path / "cache"
-    disk_cache._folder.cache_clear()
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    return tmp_path / "cache"
+
+
+@pytest.fixture
+def key(tmp_path):
+    """The file of the key; made."""
+    derived(question(), 1.0)
+    calls.clear()
+    return tmp_path / "state/wucht/cache-key"
+
+
+def files_in(folder: Path) -> list[Path]:
+    return sorted(p for p in folder.rglob("*") if p.is_file())
+
+
+def the_file(folder: Path) -> Path:
+    (file,) = files_in(folder)
+    return file
+
+
+def entry(key: bytes, name: str, content: bytes) -> bytes:
+    """An entry, by RFC 2104."""
+
+    def keyed(pad: int) -> bytes:
+        return bytes(b ^ pad for b in key.ljust(64, b"\0"))
+
+    inner = hashlib.sha256(keyed(0x36) + name.encode() + b"\0" + content).digest()
+    return hashlib.sha256(keyed(0x5C) + inner).digest() + content
+
+
+# What is kept
 
 
 def test_it_is_derived_once_for_equal_inputs():
     release = Release(time=1.0)
-    first = derived(Question(x + 1, release, "a"), 2.0)
-    assert derived(Question(1 + x, Release(time=1.0), "b"), 2.0) == first == Question(2.0 * (x + 1) ** 2)
+    first = derived(question(x + 1), 2.0, release)
+    assert derived(question(1 + x), 2.0, Release(time=1.0)) == first == answer(x + 1, 2.0)
     assert len(calls) == 1
-    for other in ((Question(x + 2, release), 2.0), (Question(x + 1), 2.0), (Question(x + 1, release), 2.5)):
+    for other in ((question(x + 2), 2.0, release), (question(x + 1), 2.0), (question(x + 1), 2.5, release)):
         assert derived(*other) == squared(*other)
     assert len(calls) == 1 + 2 * 3
-    assert derived(Question(x + 1, release), 2.0).label == "a"  # the result of the first call, whole
 
 
 def test_what_an_object_has_computed_of_itself_is_neither_key_nor_kept(folder):
-    question = Question(x)
-    derived(question, 1.0)
-    assert question.own
-    derived(question, 1.0)
+    system = System((x, v), (v, -x), second_order=SecondOrder((x,), (v,), sp.ImmutableMatrix([[1]]), sp.ImmutableMatrix([-x])))
+    derived_system(system)
+    assert system.state_names == ("x", "v")
+    kept = derived_system(System((x, v), (v, -x)))
     assert len(calls) == 1
-    disk_cache.derived_once(itself)(question)
-    assert "own" in vars(question)
-    assert "own" not in vars(disk_cache.derived_once(itself)(question))
-    assert all(b"computed by" not in file.read_bytes() for file in folder.rglob("*") if file.is_file())
+    assert kept.second_order == system.second_order  # the result of the first call, whole
+    assert "state_names" in vars(system)
+    assert "state_names" not in vars(kept)
+    assert all(b"state_names" not in file.read_bytes() for file in files_in(folder))
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        sp.Integer(7), sp.Rational(-2, 3), sp.Float(0.1), sp.Float("0.1", 50), sp.pi, sp.I, sp.oo, sp.S.Half,
+        sp.Mul(2, x + v, evaluate=False), sp.Add(x, x, evaluate=False), sp.Pow(sp.Integer(2), 3, evaluate=False),
+        sp.sin(2 * x) ** 2 / sp.sqrt(v), sp.atan2(x, v) + sp.Abs(x) * sp.sign(v), sp.Max(x, v, 3),
+        sp.Piecewise((x, x > 0), (v, True)), sp.ImmutableMatrix([[x, 1], [sp.pi, v]]), sp.Symbol("c", positive=True),
+        sp.Derivative(sp.sin(x) * v, x), sp.exp(sp.I * x), sp.tanh(x), 10**30 * x,
+    ],
+    ids=str,
+)  # fmt: skip
+def test_an_expression_is_read_as_it_was(expression):
+    """To the last argument, also what SymPy would now evaluate."""
+    whole = System((x,), (expression if isinstance(expression, sp.Expr) and expression.free_symbols <= {x} else x,))
+    for value in (whole, Output("y", expression)):
+        first, again = disk_cache.derived_once(same)(value), disk_cache.derived_once(same)(value)
+        assert again == first == value
+        assert sp.srepr(getattr(again, "expression", None)) == sp.srepr(getattr(value, "expression", None))
+    assert len(calls) == 2
 
 
 def test_what_the_users_own_classes_make_of_it_is_not_kept(folder):
-    """Their code may be another one in the next process, and those of a function cannot be pickled at all."""
+    """Their code may be another one in the next process, and those of a function cannot be stored at all."""
 
     class Stiffening(sp.Function):
         pass
 
-    for cls in (Stiffening, type("Elsewhere", (sp.Function,), {"__module__": "notebook"})):
-        question = Question(cls(x))
-        assert derived(question, 2.0) == derived(question, 2.0) == Question(2.0 * cls(x) ** 2)
-    assert len(calls) == 4
-    assert not [p for p in folder.rglob("*") if p.is_file()]
+    for cls in (Stiffening, type("Elsewhere", (sp.Function,), {"__module__": "notebook"}), sp.Function("f")):
+        assert derived(question(cls(x)), 2.0) == derived(question(cls(x)), 2.0) == answer(cls(x), 2.0)
+    assert len(calls) == 6
+    assert files_in(folder) == []
 
 
 def test_an_error_is_not_kept(folder):
     for _ in range(2):
         with pytest.raises(ValueError, match="negative"):
-            derived(Question(x), -1.0)
+            derived(question(), -1.0)
     assert len(calls) == 2
-    assert not [p for p in folder.rglob("*") if p.is_file()]
+    assert files_in(folder) == []
 
 
-def test_a_damaged_file_is_derived_again(folder):
-    derived(Question(x), 1.0)
+# What is read
+
+
+def test_an_entry_has_the_code_of_its_name_and_content(folder, key):
+    """The witness of all that follows: what is signed with the key is read, whatever it is."""
+    file = the_file(folder)
+    name, whole = file.relative_to(folder).as_posix(), file.read_bytes()
+    assert whole == entry(key.read_bytes(), name, whole[32:])
+    file.write_bytes(entry(key.read_bytes(), name, whole[32:].replace(b'"y"', b'"z"')))
+    assert derived(question(), 1.0).name == "z"
+    assert calls == []
+
+
+def test_a_changed_byte_is_noticed_and_said_once(folder, key):
+    """Each of them, and a file that is cut off, empty or longer: derived anew and stored again."""
     file = the_file(folder)
     whole = file.read_bytes()
-    for damaged in (b"", whole[: len(whole) // 2], b"no pickle"):
-        file.write_bytes(damaged)
-        assert derived(Question(x), 1.0) == Question(x**2 * 1.0)
-        assert file.read_bytes() == whole
+    flipped = [whole[:at] + bytes([whole[at] ^ 1 << at % 8]) + whole[at + 1 :] for at in range(len(whole))]
+    changed = [*flipped, b"", whole[:20], whole[:-1], whole + b" "]
+    with pytest.warns(RuntimeWarning, match="not written with your key") as notes:
+        for damaged in changed:
+            file.write_bytes(damaged)
+            assert derived(question(), 1.0) == answer()
+            assert file.read_bytes() == whole
+    assert len(calls) == len(changed) > 100
+    assert len(notes) == 1
+
+
+def test_entries_cannot_be_exchanged_moved_or_rolled_back(folder, key):
+    """Neither for another question, nor between functions, nor from the folder of an older program."""
+    first = the_file(folder)
+    derived(question(x + 1), 1.0)
+    (second,) = set(files_in(folder)) - {first}
+    contents = first.read_bytes(), second.read_bytes()
+    calls.clear()
+    with pytest.warns(RuntimeWarning, match="not written with your key"):
+        first.write_bytes(contents[1])
+        second.write_bytes(contents[0])
+        assert derived(question(), 1.0) == answer()
+        assert derived(question(x + 1), 1.0) == answer(x + 1)
+    assert len(calls) == 2
+    older = entry(key.read_bytes(), f"derived-0123456789abcdef/{first.name}", contents[0][32:])
+    for moved in (older, entry(key.read_bytes(), first.name, contents[0][32:])):
+        first.write_bytes(moved)
+        assert derived(question(), 1.0) == answer()
     assert len(calls) == 4
-
-
-def test_a_flipped_bit_is_noticed(folder):
-    """In each byte: a pickle has no digest of its own, and most flips make another expression of it."""
-    derived(Question(x), 1.0)
-    file = the_file(folder)
-    whole = file.read_bytes()
-    for at in range(len(whole)):
-        damaged = bytearray(whole)
-        damaged[at] ^= 1 << at % 8
-        file.write_bytes(damaged)
-        with pytest.raises(ValueError):
-            disk_cache.read_stored(file)
-
-
-def test_a_whole_file_of_another_type_or_another_name_is_derived_again(folder):
-    derived(Question(x), 1.0)
-    file = the_file(folder)
-    whole = file.read_bytes()
-    disk_cache.store(file, pickle.dumps(None))
-    assert derived(Question(x), 1.0) == Question(x**2 * 1.0)
-    derived(Question(x + 1), 1.0)
-    (other,) = (p for p in file.parent.iterdir() if p != file)
-    other.write_bytes(whole)
-    assert derived(Question(x + 1), 1.0) == Question((x + 1) ** 2 * 1.0)
-    assert len(calls) == 4
-
-
-def the_file(folder: Path) -> Path:
-    (file,) = (p for p in folder.rglob("*") if p.is_file())
-    return file
-
-
-def was_unpickled() -> None:
-    calls.append("unpickled")
 
 
 class Evil:
+    """What a crafted pickle is: it calls any function when it is loaded."""
+
+    def __init__(self, target: Path) -> None:
+        self.target = target
+
     def __reduce__(self):
-        return was_unpickled, ()
+        return Path.touch, (self.target,)
 
 
-@pytest.mark.skipif(os.name == "nt", reason="Windows has no such modes")
-def test_only_what_nobody_else_can_write_is_read(folder):
-    derived(Question(x), 1.0)
+def test_a_cache_of_somebody_else_runs_nothing(folder, tmp_path, monkeypatch):
+    """Complete, and signed with the key of its owner: a copy has the same names where the program is the same."""
+    target = tmp_path / "written"
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "somebody"))
+    derived(question(), 1.0)
     file = the_file(folder)
-    assert file.stat().st_mode & 0o777 == 0o600
-    assert file.parent.stat().st_mode & 0o777 == 0o700
-    disk_cache.store(file, pickle.dumps(Evil()))
-    for mode in (0o620, 0o602, 0o666):
-        file.chmod(mode)
-        derived(Question(x), 1.0)
-        disk_cache.store(file, pickle.dumps(Evil()))
-    assert calls.count("unpickled") == 0
+    name, key = file.relative_to(folder).as_posix(), (tmp_path / "somebody/wucht/cache-key").read_bytes()
+    evil = pickle.dumps(Evil(target))
+    pickle.loads(evil)
+    assert target.exists(), "it can write, so that the test can fail"
+    target.unlink()
+    calls.clear()
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    unevaluated = b'j[0,[["expression","os:system",{},"touch ' + str(target).encode() + b'"]]]'
+    old_form = hashlib.sha256(file.name.encode() + evil).digest() + evil  # as before there were keys
+    crafted = [entry(key, name, content) for content in (evil, unevaluated, file.read_bytes()[32:])]
+    with pytest.warns(RuntimeWarning, match="not written with your key") as notes:
+        for content in (*crafted, old_form, entry(b"", name, evil), entry(bytes(32), name, evil)):
+            file.write_bytes(content)
+            assert derived(question(), 1.0) == answer()
+    assert not target.exists()
+    assert len(calls) == 6
+    assert len(notes) == 1
+
+
+def test_only_classes_of_expressions_are_made_of_what_is_read(folder, key, tmp_path):
+    """Even of an entry with the right code."""
+    file = the_file(folder)
+    for of in ("os:system", "subprocess:Popen", "wucht.os:system", "builtins:eval"):
+        content = b"j" + json.dumps([0, [["expression", of, {}, f"touch {tmp_path}/written"]]]).encode()
+        file.write_bytes(entry(key.read_bytes(), file.relative_to(folder).as_posix(), content))
+        assert derived(question(), 1.0) == answer()
     assert len(calls) == 4
-    for mode in (0o720, 0o702, 0o777):
-        file.parent.chmod(mode)
-        disk_cache._warn_once.cache_clear()
-        with pytest.warns(RuntimeWarning, match="is not yours alone") as said:
-            derived(Question(x), 1.0)
-            derived(Question(x), 1.0)
-        assert len(said) == 1, "once"
-    assert calls.count("unpickled") == 0
-    file.parent.chmod(0o755)
-    derived(Question(x), 1.0)
-    assert calls.count("unpickled") == 1, "a folder of one's own that others may read is used: the test above can fail"
+    assert not (tmp_path / "written").exists()
 
 
-@pytest.mark.skipif(os.name == "nt", reason="Windows has no such owners")
-def test_a_folder_of_another_user_or_behind_a_link_is_not_used(folder, tmp_path, monkeypatch):
-    place = disk_cache._folder()
+@NOT_WINDOWS
+def test_what_is_no_file_is_not_read(folder, key, tmp_path):
+    """An archive can hold links, pipes, and files that are larger than the memory: none is waited for."""
+    file = the_file(folder)
+    whole = file.read_bytes()
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.write_bytes(whole)
+    kinds = {
+        "a link": lambda: file.symlink_to(elsewhere),
+        "a pipe": lambda: os.mkfifo(file),
+        "a folder": file.mkdir,
+        "a file of a terabyte": lambda: os.truncate(os.open(file, os.O_CREAT | os.O_WRONLY), 2**40),
+    }
+    for make in kinds.values():
+        file.unlink()
+        make()
+        assert derived(question(), 1.0) == answer()
+        if file.is_dir():
+            file.rmdir()
+            file.touch()
+    assert len(calls) == 4
+    assert elsewhere.read_bytes() == whole
+
+
+# The key
+
+
+def test_the_key_is_made_once_outside_the_cache(folder, key):
+    assert len(key.read_bytes()) == 32
+    assert not key.is_relative_to(folder)
+    if os.name != "nt":
+        assert [p.stat().st_mode & 0o777 for p in (key, key.parent, folder, the_file(folder))] == [0o600, 0o700, 0o700, 0o600]
+    assert [p.name for p in key.parent.iterdir()] == ["cache-key"], "nothing else is left there"
+
+
+def copied(key: Path, to: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The same key elsewhere: which of its users it was is remembered by a process."""
+    copytree(key.parent.parent, to)
+    monkeypatch.setenv("XDG_STATE_HOME", str(to))
+    return to / "wucht/cache-key"
+
+
+@NOT_WINDOWS
+@pytest.mark.parametrize("mode", [0o600, 0o400, 0o640, 0o604, 0o620, 0o602, 0o644, 0o666])
+def test_a_key_that_others_can_read_or_write_is_refused(key, tmp_path, monkeypatch, mode):
+    copied(key, tmp_path / "other", monkeypatch).chmod(mode)
+    if mode in (0o600, 0o400):
+        derived(question(), 1.0)
+        assert calls == []
+        return
+    with pytest.warns(
+        RuntimeWarning, match=r"cache-key, (can be read by other accounts|is not yours alone).*not used"
+    ) as notes:
+        assert derived(question(), 1.0) == derived(question(), 1.0) == answer()
+    assert len(calls) == 2
+    assert len(notes) == 1
+
+
+@NOT_WINDOWS
+def test_a_key_that_is_somebody_elses_or_damaged_is_refused(key, tmp_path, monkeypatch):
+    nobody = 65534
+    changes = {
+        "a link": lambda file: (file.rename(file.with_name("real")), file.symlink_to(file.with_name("real"))),
+        "no file of 32 bytes": lambda file: file.write_bytes(b""),
+        "no file of 32 bytes ": lambda file: file.write_bytes(bytes(33)),
+        "no file of 32 bytes  ": lambda file: (file.unlink(), os.mkfifo(file)),
+        "a folder that is not yours alone": lambda file: file.parent.chmod(0o777),
+    }
+    if os.geteuid() == 0:
+        changes |= {
+            "not yours alone": lambda file: os.chown(file, nobody, -1),
+            "a folder that is not yours alone ": lambda file: os.chown(file.parent, nobody, -1),
+        }
+    for number, (expected, change) in enumerate(changes.items()):
+        change(copied(key, tmp_path / f"other-{number}", monkeypatch))
+        with pytest.warns(RuntimeWarning, match=expected.strip()) as notes:
+            derived(question(), 1.0)
+        assert len(notes) == 1
+    assert len(calls) == len(changes)
+
+
+def test_a_key_in_the_cache_itself_is_refused(folder, monkeypatch):
+    """Who has a copy of the cache would have it as well."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(folder / "state"))
+    with pytest.warns(RuntimeWarning, match="lies in the cache itself"):
+        derived(question(), 1.0)
+    assert not folder.exists()
+
+
+def test_without_its_key_all_is_derived_anew_with_one_note(folder, key, tmp_path):
+    """In the next process, which makes another key; and the one after it reads what that has stored."""
+    derived(question(x + 1), 1.0)
+    key.unlink()
+    first, second = child("x", "x + 1"), child("x", "x + 1")
+    assert first.stdout.split() == ["2"]
+    assert first.stderr.count("not written with your key") == 1
+    assert (second.stdout.split(), second.stderr) == (["0"], "")
+
+
+@pytest.mark.parametrize("variables", [{"XDG_STATE_HOME": "/dev/null/x"}, {"XDG_STATE_HOME": None, "HOME": "/nowhere/at/all"}])
+def test_where_no_key_can_be_kept_the_cache_is_not_used(folder, variables, monkeypatch):
+    """Without a word: in a container that is usual."""
+    for name, value in variables.items():
+        monkeypatch.setenv(name, value) if value else monkeypatch.delenv(name)
+    if os.name != "nt" and os.geteuid() == 0 and variables.get("HOME"):
+        monkeypatch.setenv("HOME", "/dev/null/x")  # root could make the other one
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert derived(question(), 3.0) == derived(question(), 3.0) == answer(factor=3.0)
+    assert len(calls) == 2
+    assert not folder.exists()
+
+
+def test_processes_that_begin_at_once_have_one_key(folder, tmp_path):
+    """Each derives something else; afterwards all of it is read, without a note."""
+    expressions = [f"x + {k}" for k in range(6)]
+    with ThreadPoolExecutor(len(expressions)) as pool:
+        done = list(pool.map(child, expressions))
+    assert [(d.stdout.split(), d.stderr) for d in done] == [(["1"], "")] * len(expressions)
+    assert [p.name for p in (tmp_path / "state/wucht").iterdir()] == ["cache-key"]
+    again = child(*expressions)
+    assert (again.stdout.split(), again.stderr) == (["0"], "")
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes that begin at once are forks")
+def test_of_processes_that_make_a_key_at_once_one_does(folder, tmp_path, monkeypatch):
+    for number in range(40):
+        state = tmp_path / f"state-{number}"
+        monkeypatch.setenv("XDG_STATE_HOME", str(state))
+        (wait, begin), (answers, answer_to) = os.pipe(), os.pipe()
+        children = [_key_maker(folder, wait, begin, answer_to) for _ in range(4)]
+        os.close(wait)
+        os.close(begin)  # which all wait for
+        for process in children:
+            os.waitpid(process, 0)
+        assert os.read(answers, 1000) == (state / "wucht/cache-key").read_bytes() * 4
+        os.close(answers)
+        os.close(answer_to)
+
+
+def _key_maker(folder: Path, wait: int, begin: int, answer_to: int) -> int:
+    """A process that writes its key when the pipe is closed."""
+    process = os.fork()
+    if not process:
+        os.close(begin)
+        os.read(wait, 1)
+        os.write(answer_to, key_for(folder) or b"none")
+        os._exit(0)
+    return process
+
+
+CHILD = """
+import sys, sympy as sp
+from wucht.disk_cache import derived_once
+from wucht.system import Output
+calls = []
+def squared(output, factor):
+    calls.append(output)
+    return Output(output.name, factor * output.expression**2, output.unit, output.long_name)
+squared.__module__ = sys.argv.pop(1)
+derived, x = derived_once(squared), sp.Symbol("x", real=True)
+for text in sys.argv[1:]:
+    expression = x + int(text.partition("+")[2] or 0)
+    assert derived(Output("y", expression), 1.0) == Output("y", 1.0 * expression**2)
+print(len(calls))
+"""
+
+
+def child(*expressions: str) -> subprocess.CompletedProcess[str]:
+    """A process that derives these: how often it had to, and what it said."""
+    return subprocess.run([sys.executable, "-c", CHILD, __name__, *expressions], capture_output=True, text=True, check=True)
+
+
+# The folder
+
+
+@NOT_WINDOWS
+def test_a_folder_that_others_can_write_is_not_used(folder, key):
+    place = the_file(folder).parent
+    with pytest.warns(RuntimeWarning, match="is not yours alone .*not used; see WUCHT_CACHE_DIR") as notes:
+        for mode in (0o720, 0o702, 0o777):
+            place.chmod(mode)
+            derived(question(), 1.0)
+    assert len(notes) == 1
+    assert len(calls) == 3
+    place.chmod(0o755)
+    derived(question(), 1.0)
+    assert len(calls) == 3
+
+
+@NOT_WINDOWS
+def test_a_folder_behind_a_link_is_not_used(folder, key, tmp_path):
+    place = the_file(folder).parent
+    the_file(folder).unlink()
     place.rename(tmp_path / "elsewhere")
     place.symlink_to(tmp_path / "elsewhere")
-    with pytest.warns(RuntimeWarning, match="not used"):
-        derived(Question(x), 1.0)
+    with pytest.warns(RuntimeWarning, match="is not yours alone .*not used; see WUCHT_CACHE_DIR"):
+        derived(question(), 1.0)
     assert list((tmp_path / "elsewhere").iterdir()) == []
-    place.unlink()
-    place.mkdir(mode=0o700)
-    monkeypatch.setattr(os, "geteuid", lambda: place.stat().st_uid + 1)
-    disk_cache._warn_once.cache_clear()
-    with pytest.warns(RuntimeWarning, match="not used"):
-        derived(Question(x), 1.0)
-    assert list(place.iterdir()) == []
 
 
 def test_on_windows_it_is_used_below_the_profile_alone(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(disk_cache, "_WINDOWS", True)
+    monkeypatch.setattr(private_files, "WINDOWS", True)
     monkeypatch.setattr(Path, "home", lambda: tmp_path)
-    derived(Question(x), 1.0)
-    derived(Question(x), 1.0)
+    derived(question(), 1.0)
+    derived(question(), 1.0)
     assert len(calls) == 1
     monkeypatch.setattr(Path, "home", lambda: tmp_path / "somebody")
     with pytest.warns(RuntimeWarning, match="not in your profile folder"):
-        derived(Question(x), 1.0)
+        derived(question(), 1.0)
     assert len(calls) == 2
-
-
-def test_the_type_that_each_function_returns_is_known():
-    """So that what is read can be compared with it; where it were not, all would be derived again and again."""
-    functions = [f for place in (*MODULES, structure.Structure) for value in vars(place).values() for f in kept_by(value)]
-    assert len({f.__qualname__ for f in functions}) > 8
-    for function in functions:
-        assert "return" in get_type_hints(function), function
-
-
-def kept_by(value: Any) -> Iterator[Any]:
-    """The function whose results are kept, below a property or a memory of this process."""
-    value = getattr(value, "func", value)
-    while value is not None:
-        if getattr(getattr(value, "__code__", None), "co_qualname", "") == "derived_once.<locals>.cached_function":
-            yield value.__wrapped__
-        value = getattr(value, "__wrapped__", None)
 
 
 def test_without_a_place_to_write_it_is_derived_each_time(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("no folder")
     monkeypatch.setenv("WUCHT_CACHE_DIR", str(tmp_path / "file"))
-    disk_cache._folder.cache_clear()
-    assert derived(Question(x), 3.0) == derived(Question(x), 3.0)
+    assert derived(question(), 3.0) == derived(question(), 3.0)
     assert len(calls) == 2
 
 
@@ -245,16 +471,16 @@ def test_a_changed_program_derives_anew_and_only_the_last_are_kept(folder, tmp_p
     folder.mkdir()
     (folder / "mine").mkdir()  # what is not ours stays
     for change in range(6):
-        program = tmp_path / "program" / "disk_cache.py"
-        program.parent.mkdir(exist_ok=True)
+        program = tmp_path / "program/disk_cache/derived.py"
+        program.parent.mkdir(exist_ok=True, parents=True)
         program.write_text(f"change = {change}")
         os.utime(program, (1, 1))  # as where a build sets all times alike
-        monkeypatch.setattr(disk_cache, "__file__", str(program))
-        disk_cache._folder.cache_clear()
-        derived(Question(x), 1.0)
-        derived(Question(x), 1.0)
+        monkeypatch.setattr(derived_module, "__file__", str(program))
+        derived_module._program_folder.cache_clear()
+        derived(question(), 1.0)
+        derived(question(), 1.0)
     assert len(calls) == 6
-    assert len(list(folder.glob("derived-*"))) == disk_cache._PROGRAMS
+    assert len(list(folder.glob("derived-*"))) == 4
     assert (folder / "mine").is_dir()
 
 

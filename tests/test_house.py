@@ -18,7 +18,7 @@ from wucht.studies.spec import Spec
 
 SOURCE = Path(__file__).parent.parent / "src" / "wucht"
 FLOORS = [
-    "earlier_names", "errors", "environment", "schema", "disk_cache", "file_names", "machine_shape", "piecewise", "system",
+    "earlier_names", "errors", "environment", "disk_cache", "schema", "file_names", "machine_shape", "piecewise", "system",
     "kinds", "results", "numerics", "fatigue", "mechanics", "machines", "files", "analysis", "measurements", "cams", "dynamics",
     "plots", "studies", "reports", "web", "extending", "cli",
 ]  # fmt: skip

@@ -39,7 +39,7 @@ NAVIGATION: list[Any] = [
             "machine-files.md", "outcomes.md", "reports.md", "live-machine.md", "slow-equations.md",
             "switchable-pendulums.md", "load-spectra.md",
             "fatigue.md", "cam-files.md", "continuation.md", "averaging.md", "how-the-rotating-orbit-disappears.md",
-            "several-machines.md",
+            "several-machines.md", "what-may-be-trusted.md",
             "*", {"Machines to try": "practice/*"},
         ]
     },

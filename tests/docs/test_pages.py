@@ -126,8 +126,8 @@ def _python(words: list[str]) -> None:
 
 
 def _known_to_others(words: list[str]) -> None:
-    """Of dask: tests/studies/test_cluster.py starts both."""
-    assert words[0] in ("scheduler", "worker")
+    """Of dask, and of OpenSSL: tests/studies/test_scheduler_access.py runs them."""
+    assert words[0] in ("scheduler", "worker", "req")
 
 
 def _git(words: list[str]) -> None:
@@ -141,6 +141,7 @@ def _cd(words: list[str]) -> None:
 CHECKED: dict[str, Callable[[list[str]], None]] = {
     "git": _git, "cd": _cd,
     "wucht": _wucht, "make": _make, "pip": _pip, "conda": _environment, "python": _python, "dask": _known_to_others,
+    "openssl": _known_to_others,
 }  # fmt: skip
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import pickle
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -146,6 +147,41 @@ def test_reading_makes_nothing_but_dataclasses(tmp_path: Path, name: str) -> Non
     zarr.create_group(tmp_path / "a", attributes={"tree": tree, "types": [], "digest": sha256(tree.encode()).hexdigest()})
     with rejected("incomplete"):
         archive.read_values(tmp_path / "a")
+
+
+@pytest.mark.parametrize("dtype", ["|O", "<f8"])
+@pytest.mark.parametrize("place", ["filters", "compressor"])
+def test_pickled_numbers_are_not_read(tmp_path: Path, dtype: str, place: str) -> None:
+    """The older format of Zarr can name pickle as the form of an array, and a pickle can call any function."""
+    array = tmp_path / "a" / "float64"
+    array.mkdir(parents=True)
+    attributes = {"tree": "{}", "types": ["float64"], "digest": ""}
+    description = {"zarr_format": 2, "shape": [1], "chunks": [1], "dtype": dtype, "fill_value": 0, "order": "C"}
+    coded = {"id": "pickle", "protocol": 5}
+    coding = {"filters": [coded], "compressor": None} if place == "filters" else {"filters": None, "compressor": coded}
+    for name, content in {
+        ".zgroup": {"zarr_format": 2},
+        ".zattrs": attributes,
+        "float64/.zarray": description | coding,
+    }.items():
+        (tmp_path / "a" / name).write_text(json.dumps(content), encoding="utf-8")
+    evil = pickle.dumps(Evil(tmp_path / "written"))
+    (array / "0").write_bytes(evil)
+    with rejected("incomplete"):
+        archive.read_values(tmp_path / "a")
+    assert not (tmp_path / "written").exists()
+    pickle.loads(evil)
+    assert (tmp_path / "written").exists(), "so that the test can fail"
+
+
+class Evil:
+    """What a crafted pickle is: it calls any function when it is loaded."""
+
+    def __init__(self, target: Path) -> None:
+        self.target = target
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Path.touch, (self.target,)
 
 
 def test_more_numbers_than_are_written_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

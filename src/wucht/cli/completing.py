@@ -15,9 +15,11 @@ from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
+from warnings import catch_warnings, simplefilter
 
 _PACKAGE = Path(__file__).parent.parent
 _CATALOGUE = _PACKAGE / "machines" / "catalogue"
+_ENTRY = "completion"  # of the cache
 _LONGEST_CHAIN = 20  # of files, each of which uses the next
 _STUDY_COMMANDS = ("run", "equations", "compare")
 _CATALOGUE_COMMANDS = (*_STUDY_COMMANDS, "new", "list")
@@ -137,13 +139,18 @@ def _paths(machine: dict[str, Any], parts: dict[str, dict[str, list[str]]]) -> l
 
 
 def _vocabulary() -> dict[str, Any]:
-    """Read the vocabulary from the cache, or gather and store it."""
-    from wucht.disk_cache import cache_folder, make_folder, program_state, read_stored, store
+    """Read the vocabulary from the cache, or gather and store it; without warnings, which would stand in the command line."""
+    with catch_warnings():
+        simplefilter("ignore")
+        return _cached_vocabulary()
 
-    file = cache_folder() / "completion"
+
+def _cached_vocabulary() -> dict[str, Any]:
+    from wucht.disk_cache import program_state, read_entry, store_entry
+
     state = sha256(repr((program_state(), _installed_packages())).encode()).hexdigest()
     with suppress(OSError, ValueError, KeyError):
-        cache_entry = json.loads(read_stored(file))
+        cache_entry = json.loads(read_entry(_ENTRY))
         if cache_entry["state"] == state:
             vocabulary: dict[str, Any] = cache_entry["known"]
             return vocabulary
@@ -151,8 +158,7 @@ def _vocabulary() -> dict[str, Any]:
 
     fresh = gather_words()
     with suppress(OSError):  # no space, or no permission to write there: it is gathered again next time
-        make_folder(file.parent)
-        store(file, json.dumps({"state": state, "known": fresh}).encode())
+        store_entry(_ENTRY, json.dumps({"state": state, "known": fresh}).encode())
     return fresh
 
 

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from wucht.disk_cache import derived_once
 from wucht.errors import FieldError
 
 if TYPE_CHECKING:
@@ -163,6 +164,16 @@ def _factor(unit: str, si: str, requirement: str) -> float:
                 f"{requirement}; {unit_text[:_LONGEST]!r} is not a known unit: a power in a unit is a number below 100",
                 code="unknown-unit",
             )
+    return _pint_factor(unit, plain, si, requirement)
+
+
+@lru_cache(maxsize=256)
+@derived_once
+def _pint_factor(unit: str, plain: str, si: str, requirement: str) -> float:
+    """Factor of a unit to SI by Pint. plain: its SI spelling. Raises ``ValueError`` as ``_factor`` does.
+
+    Loading Pint takes as long as a run: a factor is derived once. Pint's own files are pickle that is not authenticated.
+    """
     import pint as pint_
 
     try:
@@ -288,4 +299,4 @@ def _dimension(unit: Any) -> str:
 def _registry() -> pint.UnitRegistry[Any]:
     import pint as pint_
 
-    return pint_.UnitRegistry(cache_folder=":auto:")
+    return pint_.UnitRegistry(cache_folder=None)

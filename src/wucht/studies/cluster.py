@@ -160,7 +160,8 @@ def cluster_at(address: str | None) -> Iterator[DaskCluster | None]:
             needs = "its protocol needs a part of dask.distributed that is not installed or not configured here"
             raise InputError("--scheduler", address, f"{needs}: {error}", code="unsupported") from None
         except OSError as error:
-            requirement = f"no scheduler answers there within {_ANSWER_S:g} s ({error}); `dask scheduler` starts one"
+            remedy = "`dask scheduler --host 127.0.0.1` starts one"
+            requirement = f"no scheduler answers there within {_ANSWER_S:g} s ({error}); {remedy}"
             raise InputError("--scheduler", address, requirement, code="no-answer") from None
         try:
             _check_versions(client, address)

@@ -8,24 +8,21 @@ from __future__ import annotations
 
 import copy
 import math
+import pickle
 from collections import deque
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
-from wucht.errors import RunError
 from wucht.numerics.flow import step_sizes
 from wucht.numerics.flow.events import NOT_FINITE, Event, Hit, LegError, LegResult
-from wucht.numerics.flow.program import Assignments, Numbers, Program
-from wucht.numerics.flow.step_sizes import ignore_event, sentinels, step_limit_error
+from wucht.numerics.flow.heyoka_compilation import EventKind, Recorder, compiled_integrator, constant_events, processor
+from wucht.numerics.flow.program import Numbers, Program
+from wucht.numerics.flow.step_sizes import step_limit_error
 from wucht.system import TIME, System
 
-# Above this many lines (five pendulums) LLVM's whole-function optimisation takes seconds; compact mode compiles loops instead,
-# five times faster to compile and half as fast to run.
-COMPACT_ABOVE = 80
 _IDLE = 16  # idle integrators kept: more than threads that integrate the same equations at once
 _ROUNDING = 1e-12  # of an event function: the sign of a smaller value is rounding
 _JUST_BEFORE = 1e-3  # of a step
@@ -63,104 +60,6 @@ def state_units(system: System) -> np.ndarray:
     return np.where(large, _ANGLE_UNIT, 1.0)
 
 
-class Translator:
-    """SymPy expressions to heyoka's. Integer powers become products: ``x**n`` with n >= 3 gives NaN at x = 0 in heyoka."""
-
-    def __init__(self, symbols: dict[sp.Symbol, Any]) -> None:
-        import heyoka as hy
-
-        self.hy = hy
-        self.memo: dict[sp.Basic, Any] = dict(symbols)
-        self.functions: dict[Any, Callable[..., Any]] = {
-            sp.sin: hy.sin, sp.cos: hy.cos, sp.tan: hy.tan, sp.exp: hy.exp, sp.log: hy.log, sp.sinh: hy.sinh,
-            sp.cosh: hy.cosh, sp.tanh: hy.tanh, sp.atan: hy.atan, sp.asin: hy.asin, sp.acos: hy.acos, sp.atan2: hy.atan2,
-        }  # fmt: skip
-
-    def __call__(self, e: sp.Expr) -> Any:
-        """Translate an expression. Raises ``RunError`` for a function that heyoka does not have."""
-        if e not in self.memo:
-            self.memo[e] = self._translate(e)
-        return self.memo[e]
-
-    def program(self, lines: Assignments, results: Sequence[sp.Expr]) -> list[Any]:
-        """Translate results that use lines before them."""
-        for symbol, expression in lines:
-            self.memo[symbol] = self(expression)
-        return [self(r) for r in results]
-
-    def _translate(self, e: sp.Expr) -> Any:
-        if e.is_number:
-            return self.hy.expression(float(e))
-        if isinstance(e, sp.Add):
-            return self.hy.sum([self(a) for a in e.args])
-        if isinstance(e, sp.Mul):
-            above, below = e.as_numer_denom() if any(a.is_Pow and a.exp.is_negative for a in e.args) else (e, sp.S.One)
-            top = self.hy.prod([self(a) for a in above.args]) if isinstance(above, sp.Mul) else self(above)
-            return top if below is sp.S.One else top / self(below)
-        if isinstance(e, sp.Pow):
-            return self._power(e)
-        if e.func in self.functions:
-            return self.functions[e.func](*(self(a) for a in e.args))
-        raise RunError(f"heyoka has no function {e.func.__name__!r}; use the SciPy engine", code="no-function")
-
-    def _power(self, e: sp.Pow) -> Any:
-        base, exponent = self(e.base), e.exp
-        if exponent == 2 and isinstance(e.base, sp.cos):  # the square of the sine occurs in most equations
-            sine = self(sp.sin(e.base.args[0]))
-            return 1.0 - sine * sine
-        if exponent.is_Integer:
-            product, square, n = None, base, int(abs(exponent))
-            while n:
-                if n & 1:
-                    product = square if product is None else product * square
-                square = square * square if n > 1 else square
-                n >>= 1
-            return product if exponent.is_positive else self.hy.expression(1.0) / product
-        return self.hy.sqrt(base) if exponent == sp.Rational(1, 2) else base ** self(exponent)
-
-
-def translation(program: Program, first: int = 0, units: np.ndarray | None = None) -> tuple[list[Any], Translator]:
-    """Return heyoka's variables for a program's states, and the translator; constants are the parameters from ``first`` on.
-
-    units: of the states (n,) in these variables; None: 1 each.
-    """
-    import heyoka as hy
-
-    variables = [hy.make_vars(f"s{i}") for i in range(len(program.states))]
-    unit_values = [1.0] * len(variables) if units is None else units.tolist()
-    scaled_states = [v if unit == 1 else unit * v for v, unit in zip(variables, unit_values, strict=True)]
-    symbols: dict[sp.Symbol, Any] = dict(zip(program.states, scaled_states, strict=True)) | {TIME: hy.time}
-    return variables, Translator(symbols | {s: hy.par[first + i] for i, (s, _) in enumerate(program.constants)})
-
-
-def taylor_equations(
-    program: Program, variables: Sequence[Any], translate: Translator, units: np.ndarray
-) -> list[tuple[Any, Any]]:
-    """Pair each variable with its rate, in units (n,), as heyoka integrates them."""
-    rates = translate.program(program.lines, program.results)
-    return [(v, r if unit == 1 else r / unit) for v, r, unit in zip(variables, rates, units.tolist(), strict=True)]
-
-
-@dataclass
-class _Recorder:
-    """Recorder of an event that does not interrupt. A copy of an integrator has a copy of it: nothing is shared.
-
-    index: of the event. hits: in its direction. ways: +1, -1 of all crossings of the leg, as heyoka reports them.
-    """
-
-    index: int
-    event: Event
-    units: np.ndarray
-    hits: list[Hit] = field(default_factory=list)
-    ways: list[tuple[float, int]] = field(default_factory=list)
-
-    def __call__(self, integrator: Any, time: float, way: int) -> None:
-        self.ways.append((time, way))
-        if self.event.direction in (0, way):
-            integrator.update_d_output(time)
-            self.hits.append(Hit(self.event.name, time, self.units * integrator.d_output))
-
-
 def is_consistent(before: int, ways: Sequence[int], after: int) -> bool:
     """True if crossings (+1, -1 in order of time) lead from one sign of a function to another; 0: an unknown sign."""
     sign = before
@@ -172,10 +71,7 @@ def is_consistent(before: int, ways: Sequence[int], after: int) -> bool:
 
 
 class HeyokaEngine:
-    """Compiled equations: an integrator that is copied for each run, and idle copies for the next one.
-
-    LLVM's result is cached on disk by heyoka.
-    """
+    """Compiled equations: an integrator that is copied for each run, and idle copies for the next one."""
 
     name = "heyoka"
 
@@ -186,32 +82,14 @@ class HeyokaEngine:
 
         # Its log goes to stdout. Failures are reported as outcomes; its warnings of missed events are handled in ``leg``.
         hy.set_logger_level_critical()
-        variables, translate = translation(program, units=units)
-        _, translate_events = translation(event_program, len(program.constants), units)
-        system = taylor_equations(program, variables, translate, units)
-        functions = translate_events.program(event_program.lines, event_program.results)
-        direction = {1: hy.event_direction.positive, -1: hy.event_direction.negative, 0: hy.event_direction.any}
-        terminal, passing, interrupting = [], [], []
-        constants = {s for s, _ in event_program.constants}
-        for i, (event, function) in enumerate(zip(events, functions, strict=True)):
-            if event_program.results[i].free_symbols <= constants:
-                continue  # a constant function never passes zero, and heyoka refuses it as an event
-            if event.interrupts:
-                interrupting.append(i)
-                # Beyond a breakpoint the event function is another: a second event may follow at once, as when a ball bounces.
-                rest = {"cooldown": 0.0} if event.switch is not None else {}
-                terminal.append(hy.t_event(function, direction=direction[event.direction], **rest))
-            else:
-                passing.append(hy.nt_event(function, callback=_Recorder(i, event, units)))
-        passing += [hy.nt_event(f, callback=ignore_event) for f in sentinels(program, variables, translate)]
-        extra = {"t_events": terminal} if terminal else {}
-        extra |= {"nt_events": passing} if passing else {}
+        kinds, target = tuple(map(EventKind.of, events)), (hy.__version__, processor())
+        constant = constant_events(event_program)
         self.program, self.event_program, self.units, self.events = program, event_program, units, tuple(events)
-        self.interrupting, self.event_values = tuple(interrupting), event_program.function("math")
-        self.rates = program.at_point()
+        self.interrupting = tuple(i for i, event in enumerate(events) if event.interrupts and i not in constant)
+        self.event_values, self.rates = event_program.function("math"), program.at_point()
         self._idle: deque[HeyokaIntegrator] = deque(maxlen=_IDLE)
-        self._original = hy.taylor_adaptive(
-            system, [0.0] * len(variables), tol=tolerance, compact_mode=len(program.lines) > COMPACT_ABOVE, **extra
+        self._original = pickle.loads(
+            compiled_integrator(program, tuple(units.tolist()), kinds, event_program, tolerance, target)
         )
 
     def acquire(self) -> HeyokaIntegrator:
@@ -234,7 +112,7 @@ class HeyokaIntegrator:
 
         self._engine, self._adaptive = engine, adaptive
         callbacks = [e.callback for e in adaptive.nt_events] if adaptive.with_events else []
-        self._recorders = [c for c in callbacks if isinstance(c, _Recorder)]
+        self._recorders = [c for c in callbacks if isinstance(c, Recorder)]
         self._parameters, self._event_constants = np.empty(0), list[float]()
         self._time_limit, self._bad_state = hy.taylor_outcome.time_limit, hy.taylor_outcome.err_nf_state
 
