@@ -33,6 +33,7 @@ _MUCH_SLOWER = 8  # times: where the motion is slower than that, fewer samples a
 _SETTLED_TOLERANCE = 1e-5
 _FASTEST = 10.0  # times the highest natural frequency: the most frequent observation of a body that does not turn
 _ROUNDING = 1e-9  # of a time
+_MOST_TIMES = 500  # points of schedules at which the machine's speeds are looked up
 TURNS_DONE, SPEED_LIMIT = "the turns are done", "speed limit"
 
 
@@ -112,7 +113,7 @@ class Horizon:
     @classmethod
     def of(cls, machine: Machine, settings: RunSettings, initial: np.ndarray) -> Horizon:
         """Return the horizon of a run from an initial state."""
-        at = {t: machine.at(t) for t in machine.breakpoints}
+        at = {t: machine.at(t) for t in _distinctive_times(machine)}
         natural = [f for m in at.values() for f in (*natural_frequencies(m).values(), swing_frequency(m)) if f > 0]
         highest = {t: highest_speed(m) for t, m in at.items()}  # a balance of losses alone may lie far above what is reached
         free_speeds = [min(abs(free_speed(m, r, t) or 0.0), highest[t]) for t, m in at.items() for r in m.rotors]
@@ -216,6 +217,18 @@ def numbers_per_sample(machine: Machine) -> int:
     """The number of values stored per sample: states, works, outputs and what the Dataset derives from them."""
     system = machine.system
     return 2 * len(system.states) + len(system.quadratures) + len(system.outputs) + 8 * len(machine.bodies)
+
+
+def _distinctive_times(machine: Machine) -> list[float]:
+    """Return the times at which the machine's speeds are looked up: those of all points of its schedules, or of many points
+    those at which a parameter is least or greatest, and the others evenly."""
+    times = np.array(machine.breakpoints)
+    if len(times) <= _MOST_TIMES:
+        return list(machine.breakpoints)
+    values = [s.pieces(times) for s in machine.schedules]
+    extremes = [find(v) for v in values for find in (np.argmin, np.argmax)]
+    evenly = np.linspace(0, len(times) - 1, _MOST_TIMES).round().astype(int)
+    return [machine.breakpoints[k] for k in np.unique([*evenly, *extremes])]
 
 
 def _most_samples(machine: Machine, settings: RunSettings) -> int:
