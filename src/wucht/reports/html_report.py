@@ -23,15 +23,15 @@ def result_files(places: Iterable[Path]) -> list[Path]:
 
     Raises ``InputError`` for a folder without a result.
     """
-    unique_files: dict[Path, Path] = {}
+    unique_files: dict[str, Path] = {}
     for place in places:
         files = [result_file(place)]
         if place.is_dir() and not files[0].is_file() and not (place / COMMIT).is_dir():
-            folders = {file.parent for name in (RESULT, PARTIAL) for file in place.rglob(name)}
+            folders = {file.parent for file in place.rglob("*.nc") if file.name in (RESULT, PARTIAL)}
             files = sorted(result_file(folder) for folder in folders if not {NEW, COMMIT} & set(folder.parts))
             if not files:
                 raise InputError("RESULT", str(place), f"there is no {RESULT} in this folder, nor in the folders inside")
-        unique_files |= {file.resolve(): file for file in files if file.resolve() not in unique_files}
+        unique_files |= {path: file for file in files if (path := os.path.realpath(file)) not in unique_files}
     return list(unique_files.values())
 
 

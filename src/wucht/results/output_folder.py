@@ -111,6 +111,14 @@ def checksum(file: Path) -> str:
     return sha256(file.read_bytes()).hexdigest()
 
 
+def _has_content(path: Path) -> bool:
+    """True for a file that can be read to its end: devices, pipes, and files of the system without a size, may never end."""
+    try:
+        return path.is_file() and path.stat().st_size > 0
+    except OSError:
+        return False
+
+
 def note_figure(file: Path, result: xr.Dataset) -> None:
     """Record a figure of a result in the summary of its folder, if there is one."""
     path = file.parent / file_name(SUMMARY, result)
@@ -136,6 +144,8 @@ def rename_unfinished(folder: Path) -> None:
     """Give an incomplete result the name of one: earlier versions of wucht wrote it as ``result.nc``."""
     import h5py
 
+    if not _has_content(folder / RESULT):
+        return
     with suppress(Exception):  # a damaged file can cause any error in the libraries beneath: it is not such a result
         with h5py.File(folder / RESULT) as file:
             is_unfinished = "study" in file.attrs and file.attrs["finished"] == 0
@@ -234,7 +244,7 @@ def _remove_presentation(summary: Path, next_summary: Path | None = None) -> Non
     for name, recorded_sum in earlier.get(CHECKSUMS, {}).items():
         file = summary.parent / Path(name).name
         with suppress(OSError, ValueError):
-            if file.name not in replacements.get(CHECKSUMS, {}) and checksum(file) == recorded_sum:
+            if file.name not in replacements.get(CHECKSUMS, {}) and _has_content(file) and checksum(file) == recorded_sum:
                 file.unlink()
     if earlier and next_summary is None:
         with suppress(OSError):
@@ -243,6 +253,8 @@ def _remove_presentation(summary: Path, next_summary: Path | None = None) -> Non
 
 def _read_summary(path: Path) -> dict[str, Any]:
     """The summary of a result, empty if there is none written by wucht."""
+    if not _has_content(path):
+        return {}
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -274,6 +286,8 @@ def load_result(path: Path) -> xr.Dataset:
         part = path.with_name(PARTIAL)
         hint = f"; the run is not complete: what it has so far is {part}" if path.name == RESULT and part.is_file() else ""
         raise InputError.file_error(path, "this is not a file" if path.exists() else f"there is no such file{hint}")
+    if not _has_content(file):
+        raise InputError.file_error(path, "this is not a readable NetCDF file: it is empty")
     try:
         with h5py.File(file) as h5_file:  # where this fails, h5netcdf would leave a file half open and print to stderr
             h5_file.attrs.get("_nc3_strict")

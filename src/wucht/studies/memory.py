@@ -146,7 +146,7 @@ def stored_questions(folder: Path) -> list[dict[str, Any]]:
     import zarr
 
     questions: list[dict[str, Any]] = []
-    for store in _matching_paths(folder / FOLDER, "*/zarr.json"):
+    for store in filter(Path.is_file, _matching_paths(folder / FOLDER, "*/zarr.json")):
         with suppress(Exception):  # a damaged file, which can cause any error, has no question
             questions.append(dict(zarr.open_group(store.parent, mode="r").attrs[_QUESTION]))
     return questions
