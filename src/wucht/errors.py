@@ -63,6 +63,8 @@ class InputError(WuchtError):
 
 def short_text(value: object) -> str:
     """A given value as text on one line of limited length."""
+    if isinstance(value, str) and len(value) > 3 * _LONGEST:
+        value = f"{value[:_LONGEST]}{value[-_LONGEST:]}"  # what is shown of it: its whole may take seconds
     try:
         text = str(value) if isinstance(value, date | time) else repr(value)
     except ValueError:  # Python refuses to print integers of thousands of digits

@@ -455,8 +455,8 @@ def test_a_run_that_fails_says_when_where_and_what_to_do(
     actual = _parsed(completed.out)
     assert actual["summary"]["outcome"] == "failed"
     assert actual["summary"].keys() >= SUMMARY
-    assert Path("out/result.nc").is_file()
-    assert wucht("plot", "out/result.nc").code == 0
+    assert "What was computed so far is in out/result.partial.nc\n" in completed.err
+    assert wucht("plot", "out/result.partial.nc").code == 0
 
 
 # plot

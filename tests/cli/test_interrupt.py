@@ -29,6 +29,7 @@ Refused = Callable[..., str]
 
 LONG = ('until = "0.5 s"', 'until = "100000 s"\nengine = "scipy"')
 MINUTES = ('until = "0.5 s"', 'until = "1000 s"\nengine = "scipy"')
+PARTIAL = ["result.partial.nc", "run-up.partial.png", "summary.partial.json", "units"]
 pytestmark = pytest.mark.usefixtures("unpainted")
 POSIX = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 
@@ -64,13 +65,13 @@ def test_ctrl_c_leaves_a_valid_result(wucht: Command, study: Study, signal_at: C
     assert "Traceback" not in completed.err
     assert any("--resume" in warning for warning in completed.document["warnings"])
     assert completed.document["summary"]["outcome"] == "unidentified"
-    actual = _load("out/result.nc")
+    actual = _load("out/result.partial.nc")
     assert actual.attrs["finished"] == 0
     assert actual.sizes["time"] > 1
     assert np.isfinite(actual.angle.values).all()
-    assert sorted(p.name for p in Path("out").iterdir()) == ["result.nc", "run-up.png", "summary.json", "units"]
-    assert json.loads(Path("out/summary.json").read_text()) == completed.document
-    assert wucht("plot", "out/result.nc").code == 0
+    assert sorted(p.name for p in Path("out").iterdir()) == PARTIAL
+    assert json.loads(Path("out/summary.partial.json").read_text()) == completed.document
+    assert wucht("plot", "out").out == "out/run-up.partial.png\n"
 
 
 @pytest.mark.usefixtures("no_figures")
@@ -80,7 +81,7 @@ def test_ctrl_c_at_the_first_report(wucht: Command, study: Study, signal_at: Cal
     assert completed.code == 130
     assert "--resume" in completed.err
     assert "Traceback" not in completed.err
-    assert _load("out/result.nc").sizes["time"] >= 1
+    assert _load("out/result.partial.nc").sizes["time"] >= 1
 
 
 @pytest.mark.usefixtures("no_figures")
@@ -89,7 +90,7 @@ def test_a_batch_system_ends_it_like_ctrl_c(wucht: Command, study: Study, signal
     signal_at(2, signal.SIGTERM)
     completed = wucht("run", study(*MINUTES), "-o", "out", "--json")
     assert completed.code in (130, 143)
-    assert _load("out/result.nc").attrs["finished"] == 0
+    assert _load("out/result.partial.nc").attrs["finished"] == 0
 
 
 QUESTIONS = {
@@ -113,7 +114,7 @@ def test_a_resumed_run_is_the_uninterrupted_one(
     whole = wucht("run", file, "-o", "whole", "--json").document
     signal_at(2)
     assert wucht("run", file, "-o", "parts", "--json").code == 130
-    part = _load("parts/result.nc")
+    part = _load("parts/result.partial.nc")
     assert 0 < part.attrs["end_time"] < _load("whole/result.nc").attrs["end_time"]
     completed = wucht("run", file, "-o", "parts", "--json", "--resume")
     assert completed.code == 0, completed.err
@@ -217,7 +218,8 @@ def test_writing_that_is_cut_off_leaves_the_earlier_result(
         patched.setattr(Path, "write_bytes", half)
         completed = wucht("run", study(), "-o", "out", "--json")
     assert completed.code == 130
-    assert completed.err.endswith("wucht: interrupted\n")
+    stays = "there is no result yet, and --resume continues from there; the earlier result, out/result.nc, is unchanged"
+    assert completed.err.endswith(f"wucht: interrupted: {stays}\n")
     assert Path("out/result.nc").read_bytes() == before
     assert wucht("run", study(), "-o", "out", "--json").code == 0
     assert sorted(p.name for p in Path("out").iterdir()) == ["result.nc", "run-up.png", "summary.json"]
@@ -282,16 +284,16 @@ def test_ctrl_c_on_the_process_twice_over(study: Study, here: Path) -> None:
         assert process.returncode == 130, err
         assert "Traceback" not in err
         assert "interrupted" in json.loads(out)["warnings"][-1]
-        ends.append(_load(here / "out/result.nc").attrs["end_time"])
+        ends.append(_load(here / "out/result.partial.nc").attrs["end_time"])
     assert 0 < ends[0] < ends[1]
 
 
 @pytest.mark.slow
 @POSIX
 def test_kill_leaves_what_was_saved(study: Study, here: Path, wucht: Command) -> None:
-    """Until a run ends, its result is in the sub-folder of what is new."""
+    """Until a run ends, its result is not in the place of a complete one."""
     study(*LONG)
-    unfinished = here / "out/.wucht-new/result.nc"
+    unfinished = here / "out/result.partial.nc"
     process = _begin("study.toml", "-o", "out", cwd=here)
     try:
         _wait(process, unfinished.is_file, 40)

@@ -245,8 +245,8 @@ def test_ctrl_c_leaves_a_valid_result(wucht: Command, here: Path, interrupted: C
     assert completed.code == 130, completed.err
     assert "Traceback" not in completed.err
     assert any("interrupted" in warning for warning in completed.document["warnings"])
-    assert xr.load_dataset("out/result.nc", engine="h5netcdf").attrs["finished"] == 0
-    assert wucht("plot", "out/result.nc").code == 0
+    assert xr.load_dataset("out/result.partial.nc", engine="h5netcdf").attrs["finished"] == 0
+    assert wucht("plot", "out/result.partial.nc").code == 0
 
 
 @pytest.mark.usefixtures("unpainted")
@@ -256,8 +256,8 @@ def test_ctrl_c_in_the_first_of_many_runs(wucht: Command, here: Path, interrupte
     interrupted(2)
     completed = wucht("run", "my.toml", "-o", "out", "--json", *settings)
     assert completed.code == 130, completed.err
-    assert xr.load_dataset("out/result.nc", engine="h5netcdf").attrs["finished"] == 0
-    assert wucht("plot", "out/result.nc").code == 0
+    assert xr.load_dataset("out/result.partial.nc", engine="h5netcdf").attrs["finished"] == 0
+    assert wucht("plot", "out/result.partial.nc").code == 0
     assert wucht("run", "my.toml", "-o", "out", "--json", "--resume", *settings).code == 0
 
 

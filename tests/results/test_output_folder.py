@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import xarray as xr
 from tests import refusals
 from tests.refusals import failed, refused
 
@@ -199,7 +200,7 @@ def test_only_what_is_noted_and_unchanged_is_removed(tmp_path: Path) -> None:
     outside.write_text("outside")
     noted = {figure.name: checksum(figure), "../outside.png": checksum(outside), "\0": "", "run-up.svg": "", ".": 1}
     (tmp_path / SUMMARY).write_text(json.dumps({CHECKSUMS: noted}))
-    note_figure(drawn_over)
+    note_figure(drawn_over, xr.Dataset())
     drawn_over.write_text("with an arrow")
     replace_result(tmp_path)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["basin.png", "result.nc", "run-up.pdf"]
@@ -216,7 +217,7 @@ def replace_result(folder: Path) -> None:
 def test_a_summary_of_others_is_left_alone(tmp_path: Path, own: str) -> None:
     (tmp_path / SUMMARY).write_text(own)
     (tmp_path / "run-up.png").write_text("")
-    note_figure(tmp_path / "run-up.png")
+    note_figure(tmp_path / "run-up.png", xr.Dataset())
     replace_result(tmp_path)
     assert (tmp_path / SUMMARY).read_text() == own
     assert (tmp_path / "run-up.png").is_file()

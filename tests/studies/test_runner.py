@@ -21,7 +21,7 @@ from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.plots.sheet import save_figure
-from wucht.results.output_folder import NEW, load_result
+from wucht.results.output_folder import load_result
 from wucht.results.quantities import Quantity, result_dataset
 from wucht.schema import si
 from wucht.studies import runner
@@ -165,7 +165,7 @@ def test_interrupted_and_resumed_it_is_the_uninterrupted_one(tmp_path: Path, at:
     assert part.attrs["finished"] == 0
     assert part.sizes["number"] == at - 1
     assert any("--resume" in w for w in part.wucht.warnings)
-    assert load_result(tmp_path / "result.nc").attrs["finished"] == 0
+    assert load_result(tmp_path / "result.partial.nc").attrs["finished"] == 0
     again = ask(Squares(), numbers, folder=tmp_path, resume=True)
     assert computed == [f"square {k}" for k in range(5)], "no unit is computed twice"
     assert again.attrs["finished"] == 1
@@ -208,10 +208,11 @@ OTHERS = {
 @pytest.mark.parametrize("at", [2, 99])
 def test_another_question_is_refused(tmp_path: Path, spec: Squares, subject: list[float], says: str, at: int) -> None:
     ask(Squares(), [1.0, 2.0], folder=tmp_path, progress=Stop(at))
-    before = (tmp_path / "result.nc").read_bytes()
+    [file] = tmp_path.glob("result*.nc")
+    before = file.read_bytes()
     with pytest.raises(InputError, match=f"--resume: the result in .* answers another question: {says}"):
         ask(spec, subject, folder=tmp_path, resume=True)
-    assert (tmp_path / "result.nc").read_bytes() == before
+    assert file.read_bytes() == before
 
 
 @pytest.mark.parametrize("at", [2, 99])
@@ -264,28 +265,28 @@ def test_a_result_that_is_not_complete_is_saved_on_the_way(tmp_path: Path, monke
 
     def look(_share: float, _what: str) -> None:
         assert not (tmp_path / "result.nc").exists(), "it takes its place when it is complete"
-        if (tmp_path / NEW / "result.nc").exists():
-            saved = load_result(tmp_path / NEW / "result.nc")
+        if (tmp_path / "result.partial.nc").exists():
+            saved = load_result(tmp_path / "result.partial.nc")
             seen.append((saved.attrs["finished"], saved.sizes["number"]))
         time.sleep(0.01)
 
     ask(Squares(), [1.0, 2.0, 3.0, 4.0], folder=tmp_path, progress=look)
     assert seen
     assert all(finished == 0 for finished, _ in seen)
+    assert [path.name for path in tmp_path.iterdir()] == ["result.nc"]
 
 
 def test_results_saved_on_the_way_are_freed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where Python collects seldom, as on the command line: of a map of a million cells each takes 25 MB."""
     unfinished = list[weakref.ref[np.ndarray]]()
 
-    def save(result: xr.Dataset, path: Path) -> Path:
+    def save(result: xr.Dataset, folder: Path) -> None:
         assert all(earlier() is None for earlier in unfinished)
-        if not result.attrs["finished"]:
-            unfinished.append(weakref.ref(result.noise.values))
-        return saving(result, path)
+        unfinished.append(weakref.ref(result.noise.values))
+        saving(result, folder)
 
-    saving = runner.save
-    monkeypatch.setattr(runner, "save", save)
+    saving = runner.save_partial
+    monkeypatch.setattr(runner, "save_partial", save)
     ticks = itertools.count()
     monkeypatch.setattr(runner.clock, "perf_counter", lambda: 20.0 ** next(ticks))  # never too soon for the next one
     gc.disable()

@@ -84,8 +84,8 @@ def _with_exit_errors(command: Callable[..., None], *, loads_libraries: bool) ->
                 set_threads()
                 fit_address_space()
             command(*arguments, **options)
-        except KeyboardInterrupt:
-            raise typer.Abort from None
+        except KeyboardInterrupt as error:
+            raise typer.Abort(str(error)) from None
         except BrokenPipeError:
             raise _NobodyReadsError from None
 
@@ -103,8 +103,8 @@ def run_app() -> int:
         code = _print_error(str(error), 2, file=error.file, key=error.key, given=error.value_text, allowed=error.explanation)
     except WuchtError as error:
         code = _print_error(str(error), 1)
-    except (KeyboardInterrupt, typer.Abort):
-        code = _print_error("interrupted", 130)
+    except (KeyboardInterrupt, typer.Abort) as error:
+        code = _print_error(str(error) or "interrupted", 130)
     except (_NobodyReadsError, BrokenPipeError):
         code = 0
     except SystemExit as error:  # raised by Typer where the reader of its help text has left

@@ -22,7 +22,7 @@ def plot(
     from wucht.plots.sheet import save_figure
     from wucht.results.attempts import reason_of
     from wucht.results.output_folder import load_result, note_figure, result_file
-    from wucht.results.store import prepare_folder
+    from wucht.results.store import file_name, prepare_folder
 
     dataset, file = load_result(result), result_file(result)
     folder = prepare_folder(out or file.parent)
@@ -33,6 +33,6 @@ def plot(
     except Exception as error:  # of a study of another package, or a fault of ours
         raise RunError(f"{file}: its figure cannot be drawn: {reason_of(error)}") from error
     for name in figure_names(str(dataset.attrs["study"]), format_):
-        path = save_figure(figure, folder / name)
-        note_figure(path)
+        path = save_figure(figure, folder / file_name(name, dataset))
+        note_figure(path, dataset)
         typer.echo(str(path))

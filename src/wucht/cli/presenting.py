@@ -14,7 +14,7 @@ from wucht.results.attempts import Attempts
 from wucht.results.output_folder import CHECKSUMS, SUMMARY, checksum
 from wucht.results.result_tables import table_names
 from wucht.results.spreadsheets import save_csv_table
-from wucht.results.store import RESULT, save_summary
+from wucht.results.store import RESULT, file_name, save_summary
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,10 +42,10 @@ class Presentation:
     next_command: str = ""
     document: dict[str, Any] = field(default_factory=dict)
 
-    @property
-    def names(self) -> list[str]:
+    def names(self, result: xr.Dataset) -> list[str]:
         """Names of the files in the folder."""
-        return [RESULT, *(path.name for path in self.figures), SUMMARY, *(path.name for path in self.tables)]
+        figures, tables = ([path.name for path in paths] for paths in (self.figures, self.tables))
+        return [file_name(RESULT, result), *figures, file_name(SUMMARY, result), *tables]
 
     def write(self, result: xr.Dataset, new: Path) -> list[str]:
         """Draw the figure, write the tables into a folder, make the report; a sentence on each that fails."""
@@ -57,7 +57,7 @@ class Presentation:
             figure = draw_on(result, self.style)
             for name in names:
                 with attempts.attempt(f"figure {name}"):
-                    self.figures.append(save_figure(figure, new / name))
+                    self.figures.append(save_figure(figure, new / file_name(name, result)))
         if self.csv:
             with attempts.attempt("tables"):
                 for table in table_names(result):
@@ -81,7 +81,7 @@ class Presentation:
             "assumed": accessor.assumed,
             "warnings": accessor.warnings,
             "notes": accessor.notes,
-            "files": [str(self.folder / name) for name in self.names],
+            "files": [str(self.folder / name) for name in self.names(result)],
             CHECKSUMS: {path.name: checksum(path) for path in (*self.figures, *self.tables)},
             "units": "dimensionless" if result.attrs["dimensionless"] else "SI",
             "version": wucht.__version__,
@@ -89,4 +89,4 @@ class Presentation:
         }
         if result.attrs["failure"]:
             self.document |= {"error": result.attrs["failure"], "exit_code": 1}
-        save_summary(self.document, new / SUMMARY)
+        save_summary(self.document, new / file_name(SUMMARY, result))

@@ -17,7 +17,7 @@ from wucht.errors import InputError, WuchtError
 _KB, _KB_A_THREAD = 1_300_000, 85_000  # of address space: for the start of the largest studies, and for each further thread
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _STDERR = 2
-_STOP_MESSAGE = b"\nstopping: the results so far are saved after the current step; Ctrl-C again stops at once, without saving\n"
+_STOP_MESSAGE = b"\nstopping after the current step; Ctrl-C again stops at once, without saving\n"
 
 
 def open_streams() -> None:

@@ -24,6 +24,7 @@ _LONG_KEY = re.compile(_MORE_PARTS)
 _WORDS = re.compile(rf"{_TEXT}|#[^\n]*+|(?P<key>{_PART}){_MORE_PARTS}|{_PART}", re.DOTALL)
 _LONG_NUMBER = re.compile(r"\d[\d_]{4000}")
 LARGEST = 1_000_000_000  # bytes of a text file: its rows then take several times that in memory
+_LARGEST_TOML = 40_000_000  # likewise of a study file, of which a second reads 5 MB: a million points of a schedule
 _MOST = 3  # values named one by one
 _FOLDERS: ContextVar[tuple[Path, ...]] = ContextVar("folders", default=())
 
@@ -38,10 +39,10 @@ def files_below(*folders: Path) -> Iterator[None]:
         _FOLDERS.reset(token)
 
 
-def read_text(path: Path, missing: str = "there is no such file", encoding: str = "utf-8-sig") -> str:
+def read_text(path: Path, missing: str = "there is no such file", encoding: str = "utf-8-sig", largest: int = LARGEST) -> str:
     """The text of a file, without the byte order mark that some editors put before it.
 
-    missing: the sentence for a missing file. Raises ``InputError`` for one that cannot be read.
+    missing: the sentence for a missing file. largest: size in bytes. Raises ``InputError`` for one that cannot be read.
     """
     try:
         if (folders := _FOLDERS.get()) and not any(path.resolve().is_relative_to(folder) for folder in folders):
@@ -49,11 +50,10 @@ def read_text(path: Path, missing: str = "there is no such file", encoding: str 
         about = path.stat()
         if not (stat.S_ISREG(about.st_mode) or stat.S_ISDIR(about.st_mode)):  # a device may never end
             raise InputError.file_error(path, "this is not a file")
-        if about.st_size > LARGEST:
-            raise InputError.file_error(
-                path, f"the file has {about.st_size / 1e9:.3g} GB; at most {LARGEST / 1e9:g} GB are read"
-            )
-        return path.read_text(encoding=encoding)
+        if about.st_size > largest:
+            sizes = [f"{n / 1e9:.3g} GB" if n >= 1e9 else f"{n / 1e6:.3g} MB" for n in (about.st_size, largest)]
+            raise InputError.file_error(path, f"the file has {sizes[0]}; at most {sizes[1]} are read")
+        return path.read_text(encoding=encoding) if about.st_size else ""  # one of the system, without a size, may never end
     except FileNotFoundError:
         raise InputError.file_error(path, missing, code="no-file") from None
     except (OSError, UnicodeDecodeError) as error:
@@ -76,7 +76,7 @@ def read_toml(path: Path) -> Document:
     """The document in a TOML file. Raises ``InputError`` for an unreadable file or invalid TOML."""
     if path.is_dir():
         raise InputError.file_error(path, "this is a folder; a study file is needed")
-    return document_of(read_text(path), path)
+    return document_of(read_text(path, largest=_LARGEST_TOML), path)
 
 
 def document_of(text: str, path: Path) -> Document:

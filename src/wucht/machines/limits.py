@@ -6,6 +6,9 @@ from collections.abc import Mapping, Sequence
 from itertools import chain
 from typing import Any
 
+import numpy as np
+from pydantic import ValidationError
+
 from wucht.errors import InputError
 from wucht.machines.parts.base import Part
 from wucht.schema import fields_of, validate_table
@@ -38,6 +41,33 @@ def check_values(
                 raise InputError(path, new_values[path], sentence, code=error.code) from None
             place = location[path] if isinstance(location, Mapping) else location
             raise InputError(place or path, new_values[path], f"{prefix}{key}: {sentence}", code=error.code) from None
+
+
+def first_fault(parts: Sequence[Part], values: Mapping[str, np.ndarray]) -> int | None:
+    """Return the first of N sets of values that the parts do not allow, None if they allow all. values: (N,) by path."""
+    faults = list[int]()
+    for part in parts:
+        prefix, table = f"{part.path}." if part.path else "", part.model_dump(mode="json", by_alias=True)
+        paths = [path for path in values if _set_values(part, table, {path: 0.0}, prefix)]
+        if not paths:
+            continue
+        rows, first = np.unique(np.stack([values[path] for path in paths], axis=1), axis=0, return_index=True)
+        faults += [
+            k
+            for row, k in zip(rows.tolist(), first.tolist(), strict=True)
+            if not _is_allowed(part, table, dict(zip(paths, row, strict=True)), prefix)
+        ]
+    return min(faults, default=None)
+
+
+def _is_allowed(part: Part, table: Any, values: Mapping[str, float], prefix: str) -> bool:
+    """Return True if a part allows values of its own, which are set in its table."""
+    _set_values(part, table, values, prefix)
+    try:
+        type(part).model_validate(table)
+    except (ValidationError, InputError):
+        return False
+    return True
 
 
 def _fault(part: Part, values: Mapping[str, float], prefix: str) -> InputError | None:

@@ -15,7 +15,7 @@ import numpy as np
 import sympy as sp
 
 from wucht.errors import InputError, nearest
-from wucht.machines.limits import check_values
+from wucht.machines.limits import check_values, first_fault
 from wucht.machines.parts.base import Part
 from wucht.piecewise import Pieces, PiecewiseCubic, interpolated_pieces
 from wucht.schema import Parameter, Unit, choice, is_pairs, read_quantity, refuse_unknown
@@ -85,8 +85,7 @@ class Schedule:
 
     def holds_since(self, time: float) -> float:
         """Return the time of the first or last point at a time outside of the points; between them the time itself."""
-        first, *_, last = (*self.pieces.breakpoints[:1], *self.pieces.breakpoints)
-        return min(max(time, first), last)
+        return min(max(time, self.pieces.breakpoints[0]), self.pieces.breakpoints[-1])
 
 
 def schedules_of(tables: Any, parameters: Mapping[str, Parameter], parts: Sequence[Part], time: str) -> tuple[Schedule, ...]:
@@ -107,9 +106,13 @@ def schedules_of(tables: Any, parameters: Mapping[str, Parameter], parts: Sequen
             if schedule.parameter in schedules:
                 raise InputError(f"schedules[{i}].parameter", schedule.parameter, "this parameter has a schedule already")
             schedules[schedule.parameter], table_of[schedule.parameter] = schedule, i
-    for at in sorted({t for s in schedules.values() for t in s.pieces.breakpoints}):
-        places = {path: f"schedules[{i}].points (t = {schedules[path].holds_since(at):g})" for path, i in table_of.items()}
-        check_values(parts, {path: float(s.pieces(at)) for path, s in schedules.items()}, places)
+    times = np.unique(np.concatenate([[], *(s.pieces.breakpoints for s in schedules.values())]))
+    values = {path: s.pieces(times) for path, s in schedules.items()}
+    if (k := first_fault(parts, values)) is not None:
+        places = {
+            path: f"schedules[{i}].points (t = {schedules[path].holds_since(times[k]):g})" for path, i in table_of.items()
+        }
+        check_values(parts, {path: float(v[k]) for path, v in values.items()}, places)
     return tuple(schedules.values())
 
 

@@ -11,7 +11,7 @@ from wucht.environment import date_of_files
 from wucht.errors import InputError
 from wucht.reports.chapter import Chapter, chapter
 from wucht.reports.markup import html_table, html_text, page
-from wucht.results.output_folder import COMMIT, NEW, load_result, result_file
+from wucht.results.output_folder import COMMIT, NEW, PARTIAL, load_result, result_file
 from wucht.results.store import RESULT, prepare_folder, replace_file
 
 _ENDINGS = (".html", ".htm")
@@ -22,14 +22,15 @@ def result_files(places: Iterable[Path]) -> list[Path]:
 
     Raises ``InputError`` for a folder without a result.
     """
-    unique_files: dict[Path, Path] = {}
+    unique_files: dict[str, Path] = {}
     for place in places:
         files = [result_file(place)]
         if place.is_dir() and not files[0].is_file() and not (place / COMMIT).is_dir():
-            files = sorted(file for file in place.rglob(RESULT) if not {NEW, COMMIT} & set(file.parts))
+            folders = {file.parent for file in place.rglob("*.nc") if file.name in (RESULT, PARTIAL)}
+            files = sorted(result_file(folder) for folder in folders if not {NEW, COMMIT} & set(folder.parts))
             if not files:
                 raise InputError("RESULT", str(place), f"there is no {RESULT} in this folder, nor in the folders inside")
-        unique_files |= {file.resolve(): file for file in files if file.resolve() not in unique_files}
+        unique_files |= {path: file for file in files if (path := os.path.realpath(file)) not in unique_files}
     return list(unique_files.values())
 
 

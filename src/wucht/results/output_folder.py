@@ -1,6 +1,7 @@
 """The folder of a result: one run at a time writes there, and a new result replaces the earlier one as a whole, or not at all.
 
-During a run its files are in the sub-folder ``.wucht-new``.
+``result.nc`` is always complete. What is not, of a run that goes on, was stopped or failed, is ``result.partial.nc``, and its
+figures and summary are named likewise: it never replaces a complete one. The files of the next commit are in ``.wucht-new``.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 from wucht.errors import InputError, RunError, WuchtError
 from wucht.results.accessor import register_accessor
 from wucht.results.provenance import verify_checksums
-from wucht.results.store import RESULT, prepare_folder, save_summary
+from wucht.results.store import RESULT, file_name, partial_name, prepare_folder, save, save_summary
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,6 +36,8 @@ else:
 
 SUMMARY, CHECKSUMS = "summary.json", "checksums"  # checksums of the figures, by name
 NEW, COMMIT = ".wucht-new", ".wucht-commit"
+PARTIAL = partial_name(RESULT)
+_PARTIAL_SUMMARY = partial_name(SUMMARY)
 _TRIES = 10
 _PATIENCE_S, _PAUSE_S = 5.0, 0.1
 _LOCK = ".wucht.lock"
@@ -109,11 +112,48 @@ def checksum(file: Path) -> str:
     return sha256(file.read_bytes()).hexdigest()
 
 
-def note_figure(file: Path) -> None:
-    """Record a figure of the result in the summary of its folder, if there is one."""
-    summary = _summary_in(file.parent)
+def _has_content(path: Path) -> bool:
+    """True for a file that can be read to its end: devices, pipes, and files of the system without a size, may never end."""
+    try:
+        return path.is_file() and path.stat().st_size > 0
+    except OSError:
+        return False
+
+
+def note_figure(file: Path, result: xr.Dataset) -> None:
+    """Record a figure of a result in the summary of its folder, if there is one."""
+    path = file.parent / file_name(SUMMARY, result)
+    summary = _read_summary(path)
     if summary:
-        save_summary(summary | {CHECKSUMS: summary[CHECKSUMS] | {file.name: checksum(file)}}, file.parent / SUMMARY)
+        save_summary(summary | {CHECKSUMS: summary[CHECKSUMS] | {file.name: checksum(file)}}, path)
+
+
+def save_partial(result: xr.Dataset, folder: Path) -> None:
+    """Write what a run has computed so far as ``result.partial.nc``. Figures and summary of an earlier one are removed."""
+    save(result, folder / PARTIAL)
+    _remove_presentation(folder / _PARTIAL_SUMMARY)
+
+
+def remove_partial(folder: Path) -> None:
+    """Remove the result that is not complete, with its figures and summary."""
+    _remove_presentation(folder / _PARTIAL_SUMMARY)
+    with suppress(OSError):
+        (folder / PARTIAL).unlink(missing_ok=True)
+
+
+def rename_unfinished(folder: Path) -> None:
+    """Give an incomplete result the name of one: earlier versions of wucht wrote it as ``result.nc``."""
+    import h5py
+
+    if not _has_content(folder / RESULT):
+        return
+    with suppress(Exception):  # a damaged file can cause any error in the libraries beneath: it is not such a result
+        with h5py.File(folder / RESULT) as file:
+            is_unfinished = "study" in file.attrs and file.attrs["finished"] == 0
+        if is_unfinished:
+            (folder / RESULT).replace(folder / PARTIAL)
+            if _read_summary(folder / SUMMARY):
+                (folder / SUMMARY).replace(folder / _PARTIAL_SUMMARY)
 
 
 def commit(folder: Path) -> None:
@@ -146,23 +186,16 @@ def latest_file(file: Path) -> Path:
 def _finish_commit(folder: Path) -> None:
     """Move the files of a commit to their places, wherever it was cut off before. Without a commit do nothing.
 
-    The summary is moved last: until then it tells which figures belong to the earlier result.
+    A summary is moved last: until then it tells which figures belong to the earlier result.
     """
     commit_folder = folder / COMMIT
     if not commit_folder.is_dir():
         return
-    files = sorted(commit_folder.iterdir(), key=lambda f: f.name == SUMMARY)
-    earlier = _summary_in(folder) if files else {}  # otherwise the summary in the folder is the new one
-    new = _summary_in(commit_folder).get(CHECKSUMS, {})
-    for name, recorded_sum in earlier.get(CHECKSUMS, {}).items():
-        file = folder / Path(name).name
-        with suppress(OSError, ValueError):
-            if file.name not in new and checksum(file) == recorded_sum:
-                file.unlink()
-    if earlier and not (commit_folder / SUMMARY).is_file():
-        with suppress(OSError):
-            (folder / SUMMARY).unlink()
-    for file in files:
+    files = {file.name: file for file in sorted(commit_folder.iterdir(), key=lambda f: f.name in (SUMMARY, _PARTIAL_SUMMARY))}
+    for result, summary in ((RESULT, SUMMARY), (PARTIAL, _PARTIAL_SUMMARY)):
+        if result in files or summary in files:  # otherwise the summary in the folder is the new one
+            _remove_presentation(folder / summary, files.get(summary))
+    for file in files.values():
         try:
             _retry_move(lambda file=file: file.replace(folder / file.name))  # type: ignore[misc]
         except OSError as error:
@@ -204,10 +237,27 @@ def _flush(path: Path) -> None:
         os.close(descriptor)
 
 
-def _summary_in(folder: Path) -> dict[str, Any]:
+def _remove_presentation(summary: Path, next_summary: Path | None = None) -> None:
+    """Remove the unchanged figures and tables of a result, and its summary; what the next one replaces, whose summary is given,
+    stays.
+    """
+    earlier, replacements = (_read_summary(path) if path else {} for path in (summary, next_summary))
+    for name, recorded_sum in earlier.get(CHECKSUMS, {}).items():
+        file = summary.parent / Path(name).name
+        with suppress(OSError, ValueError):
+            if file.name not in replacements.get(CHECKSUMS, {}) and _has_content(file) and checksum(file) == recorded_sum:
+                file.unlink()
+    if earlier and next_summary is None:
+        with suppress(OSError):
+            summary.unlink()
+
+
+def _read_summary(path: Path) -> dict[str, Any]:
     """The summary of a result, empty if there is none written by wucht."""
+    if not _has_content(path):
+        return {}
     try:
-        document = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+        document = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
     is_summary = isinstance(document, dict) and isinstance(document.get(CHECKSUMS), dict)
@@ -215,8 +265,11 @@ def _summary_in(folder: Path) -> dict[str, Any]:
 
 
 def result_file(path: Path) -> Path:
-    """The file of a result: the path itself, or that in an output folder."""
-    return path / RESULT if path.is_dir() else path
+    """The file of a result: the path itself, or that in an output folder, which may have one only that is not complete."""
+    if not path.is_dir():
+        return path
+    has_only_part = not latest_file(path / RESULT).is_file() and (path / PARTIAL).is_file()
+    return path / (PARTIAL if has_only_part else RESULT)
 
 
 def load_result(path: Path) -> xr.Dataset:
@@ -231,7 +284,11 @@ def load_result(path: Path) -> xr.Dataset:
     path = result_file(path)
     file = latest_file(path)
     if not file.is_file():
-        raise InputError.file_error(path, "this is not a file" if path.exists() else "there is no such file")
+        part = path.with_name(PARTIAL)
+        hint = f"; the run is not complete: what it has so far is {part}" if path.name == RESULT and part.is_file() else ""
+        raise InputError.file_error(path, "this is not a file" if path.exists() else f"there is no such file{hint}")
+    if not _has_content(file):
+        raise InputError.file_error(path, "this is not a readable NetCDF file: it is empty")
     try:
         with h5py.File(file) as h5_file:  # where this fails, h5netcdf would leave a file half open and print to stderr
             h5_file.attrs.get("_nc3_strict")

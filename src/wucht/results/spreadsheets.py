@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from wucht.errors import InputError
 from wucht.file_names import replace_non_utf8, safe_name
 from wucht.results.result_tables import NUMBERS, ResultTable, result_table, table_names
-from wucht.results.store import replace_file
+from wucht.results.store import file_name, replace_file
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,7 +56,7 @@ def save_csv(result: xr.Dataset, folder: Path, decimal_comma: bool = False) -> l
 
 def save_csv_table(result: xr.Dataset, name: str, folder: Path, decimal_comma: bool = False) -> Path:
     """Write one of the tables of a result as a CSV file. Raises ``RunError`` if it cannot be written."""
-    path, table = folder / f"{safe_name(f'{_kind(result)}-{name}')}.csv", result_table(result, name)
+    path, table = folder / file_name(f"{safe_name(f'{_kind(result)}-{name}')}.csv", result), result_table(result, name)
     return replace_file(path, lambda beside: _write_csv(beside, table, decimal_comma))
 
 
@@ -93,7 +93,7 @@ def save_xlsx(result: xr.Dataset, folder: Path) -> Path:
         sheet.freeze_panes = "A2"
         for line in _lines(table, _xlsx_cell):
             sheet.append(line)
-    return replace_file(folder / f"{safe_name(_kind(result))}.xlsx", workbook.save)
+    return replace_file(folder / file_name(f"{safe_name(_kind(result))}.xlsx", result), workbook.save)
 
 
 def _openpyxl() -> Any:

@@ -20,8 +20,20 @@ from wucht.results.provenance import with_checksums
 if TYPE_CHECKING:
     import xarray as xr
 
-RESULT = "result.nc"  # in an output folder
+RESULT = "result.nc"  # in an output folder: always a complete one
+_PARTIAL = ".partial"  # in the names of files of a result that is not complete, before their ending
 _ABANDONED_S = 3600.0  # age of a temporary file after which its process must have been killed
+
+
+def partial_name(name: str) -> str:
+    """The name that a file has while the result to which it belongs is not complete: ``result.partial.nc``."""
+    path = Path(name)
+    return path.with_suffix(f"{_PARTIAL}{path.suffix}").name
+
+
+def file_name(name: str, result: xr.Dataset) -> str:
+    """The name of a file of this result: another one than that of a complete result while it is not complete."""
+    return name if result.attrs.get("finished", 1) else partial_name(name)
 
 
 def prepare_folder(folder: Path, names: Iterable[str] = ()) -> Path:

@@ -14,6 +14,7 @@ from wucht.errors import InputError, code_of, nearest
 from wucht.schema.units import Unit, article
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
+LONGEST_TEXT = 10_000  # characters of a title, a note or a name: they are printed, and drawn
 
 
 def require_table(document: dict[str, Any], key: str, location: str) -> dict[str, Any]:
@@ -70,6 +71,10 @@ def text(document: Mapping[str, Any], key: str, location: str) -> str | None:
     value, at = document.get(key), f"{location}.{key}" if location else key
     if value is not None and (not isinstance(value, str) or not value.strip()):
         raise InputError(at, value, "must be a text", code="type")
+    if value is not None and len(value) > LONGEST_TEXT:
+        raise InputError(
+            at, value, f"must be a text of at most {LONGEST_TEXT} characters; it has {len(value)}", code="too-long"
+        )
     if value is not None and any(unicodedata.category(c) == "Cc" and c not in "\n\t" for c in value):
         raise InputError(at, value, "must be a text without control characters", code="control-characters")
     return value

@@ -15,8 +15,8 @@ from __future__ import annotations
 import json
 import shutil
 import time as clock
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -24,8 +24,8 @@ from uuid import uuid4
 
 from wucht.errors import InputError, RunError, WuchtError
 from wucht.results import archive
-from wucht.results.output_folder import load_result
-from wucht.results.store import return_free_memory, to_json
+from wucht.results.output_folder import PARTIAL, load_result, remove_partial
+from wucht.results.store import RESULT, return_free_memory, to_json
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import subject_of
 
@@ -108,6 +108,18 @@ class UnitMemory:
                 raise RunError(f"{self._store} cannot be written: {error.strerror or error}", code="not-written") from None
         self._new, self._size = {}, 0
 
+    @contextmanager
+    def kept_on_error(self) -> Iterator[None]:
+        """Write the new units where the block fails; Ctrl-C gets a sentence on what is stored."""
+        try:
+            yield
+        except BaseException as error:
+            with suppress(WuchtError):  # the error of the study is more informative
+                self.flush()
+            if self._store is not None and isinstance(error, KeyboardInterrupt):
+                raise KeyboardInterrupt(_interruption(self._store.parent.parent)) from None
+            raise
+
     def _write(self, store: Path) -> None:
         """Write a group with the new units; create the store if it is missing."""
         import zarr
@@ -134,7 +146,7 @@ def stored_questions(folder: Path) -> list[dict[str, Any]]:
     import zarr
 
     questions: list[dict[str, Any]] = []
-    for store in _matching_paths(folder / FOLDER, "*/zarr.json"):
+    for store in filter(Path.is_file, _matching_paths(folder / FOLDER, "*/zarr.json")):
         with suppress(Exception):  # a damaged file, which can cause any error, has no question
             questions.append(dict(zarr.open_group(store.parent, mode="r").attrs[_QUESTION]))
     return questions
@@ -180,23 +192,25 @@ def question_of(spec: Spec, subject: Any) -> dict[str, Any]:
     return question
 
 
-def earlier_result(file: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[xr.Dataset | None, list[str]]:
-    """The finished result of the same question, if this file has it; and a note on a result with another horizon.
+def earlier_result(folder: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[xr.Dataset | None, list[str]]:
+    """The complete result of the same question, if the folder has it; and a note on a result with another horizon.
 
-    Raises ``InputError`` if the file, or the units of work beside it, belong to another question, or if the file was
-    changed.
+    There is none where the folder has a run of this question that is not complete: that is continued. Raises ``InputError`` if
+    what the folder has belongs to another question, or was changed.
     """
-    try:
-        folder, result = file.parent, load_result(file) if file.exists() else None
-    except InputError as error:
-        raise error.with_prefix("--resume", ": ") from None
-    answered_question = None if result is None else without_titles(result.wucht.question)
-    if result is not None and result.attrs["finished"] and answered_question == question:
-        return result, []
-    candidates = stored_questions(folder) or ([] if answered_question is None else [answered_question])
-    if not candidates or question in candidates:
+    questions = stored_questions(folder)
+    if not questions and (part := _stored_result(folder / PARTIAL)) is not None:
+        questions = [without_titles(part.wucht.question)]
+    if question in questions:
         return None, []
-    stored_question = candidates[0]
+    if (result := _stored_result(folder / RESULT)) is not None:
+        answered_question = without_titles(result.wucht.question)
+        if answered_question == question:
+            return result if result.attrs["finished"] else None, []
+        questions = questions or [answered_question]
+    if not questions:
+        return None, []
+    stored_question = questions[0]
     before, now = stored_question["study"].get("kind"), spec.kind
     if before != now:
         raise InputError(
@@ -210,6 +224,35 @@ def earlier_result(file: Path, spec: Spec, question: Mapping[str, Any]) -> tuple
     raise InputError(
         "--resume", None, f"the result in {folder} answers another question: {details}{more}", code="other-question"
     )
+
+
+def begin_units(folder: Path, question: Mapping[str, Any], resume: bool, announce: Callable[[str], object]) -> UnitMemory:
+    """The units of a question in a folder; without ``resume``, or where there are none, it is computed from the beginning."""
+    complete = f"; {folder / RESULT}, which is complete, stays until it ends" if (folder / RESULT).is_file() else ""
+    if resume and question in stored_questions(folder):
+        announce(f"the unfinished run in {folder} is continued{complete}")
+        return UnitMemory.resume(folder, question)
+    if resume:
+        announce(f"there is no unfinished run in {folder}: the study begins anew{complete}")
+    memory = UnitMemory.start(folder, question)
+    remove_partial(folder)
+    return memory
+
+
+def _interruption(folder: Path) -> str:
+    """The sentence on what a run has left that was interrupted before it could write its result."""
+    part = f"what was computed so far is in {folder / PARTIAL}" if (folder / PARTIAL).is_file() else "there is no result yet"
+    steps = ", and --resume continues from there" if stored_questions(folder) else ", and nothing to continue"
+    earlier = f"; the earlier result, {folder / RESULT}, is unchanged" if (folder / RESULT).is_file() else ""
+    return f"interrupted: {part}{steps}{earlier}"
+
+
+def _stored_result(file: Path) -> xr.Dataset | None:
+    """The result in a file, None if there is none. Raises ``InputError`` if it was changed."""
+    try:
+        return load_result(file) if file.exists() else None
+    except InputError as error:
+        raise error.with_prefix("--resume", ": ") from None
 
 
 def without_titles(question: Any) -> Any:

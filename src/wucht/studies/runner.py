@@ -10,7 +10,7 @@ import gc
 import json
 import time as clock
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,13 +25,13 @@ from wucht.plots.sheet import write_assumptions
 from wucht.results.accessor import register_accessor
 from wucht.results.attempts import Attempts, with_attempt_warnings
 from wucht.results.formatting import units_in_print
-from wucht.results.output_folder import NEW, claim_folder, commit
+from wucht.results.output_folder import NEW, claim_folder, commit, remove_partial, rename_unfinished, save_partial
 from wucht.results.output_folder import load_result as read_result
 from wucht.results.provenance import provenance, refuse_edited_values
-from wucht.results.store import RESULT, prepare_folder, return_free_memory, save, to_json
+from wucht.results.store import RESULT, file_name, partial_name, prepare_folder, return_free_memory, save, to_json
 from wucht.studies.assumptions import assumptions
 from wucht.studies.cluster import DaskCluster, cluster_at
-from wucht.studies.memory import UnitMemory, earlier_result, question_of, stored_questions, without_titles
+from wucht.studies.memory import UnitMemory, begin_units, earlier_result, question_of, without_titles
 from wucht.studies.registry import Study, studies, study_of
 from wucht.studies.resource_limits import equations_note, memory_error, refuse_numbers, refuse_turns
 from wucht.studies.spec import Spec
@@ -71,9 +71,8 @@ def run(
         The question, such as ``wucht.RunUp(until="20 s")``.
     subject : Machine or other subject of the spec
     folder : path, optional
-        Folder for ``result.nc`` and, until the study is finished, its units of work. An earlier result there is replaced when
-        the study ends or is interrupted; until then results are in its sub-folder ``.wucht-new``. If the study or the writing
-        of the new result fails, the earlier result remains unchanged.
+        Folder for ``result.nc`` and, until the study is finished, its units of work. An earlier result there is replaced by a
+        complete one only. Until then, and where the study is interrupted or fails, its result so far is ``result.partial.nc``.
     files : names of files that will be written there
     resume : bool
         Reuse the units of work of this question in the folder.
@@ -90,9 +89,9 @@ def run(
         folder for them. It returns sentences on what could not be written; they, and an error that it raises, become warnings
         of the result.
     summarise : callable, optional
-        Writes the summary, which is put in its place together with ``result.nc``: called likewise, and again after ``write``.
+        Writes the summary, which is put in its place together with the result: called likewise, and again after ``write``.
     announce : callable, optional
-        Called with a sentence on what comes before the first progress, if that takes long.
+        Called with a sentence on what comes before the first progress, if that takes long, and on what is resumed.
 
     Returns
     -------
@@ -150,15 +149,15 @@ def _compute_result(
     question = question_of(spec, subject)
     memory, notes, untitled_question = UnitMemory(), list[str](), without_titles(question)
     if folder is not None:
-        folder = prepare_folder(folder, files)
-        new = prepare_folder(folder / NEW)
+        folder = prepare_folder(folder, [*files, *map(partial_name, files)])
+        rename_unfinished(folder)
         if resume:
-            finished_result, notes = earlier_result(folder / RESULT, spec, untitled_question)
-            if finished_result is not None:
+            complete_result, notes = earlier_result(folder, spec, untitled_question)
+            if complete_result is not None:
+                (announce or str)(f"the result in {folder} is complete: it is not computed again")
                 UnitMemory(folder, untitled_question).forget()  # a kill may have come before the first run did so
-                return _show(finished_result, folder, write, summarise)
-        has_units = resume and untitled_question in stored_questions(folder)
-        memory = (UnitMemory.resume if has_units else UnitMemory.start)(folder, untitled_question)
+                return _show(complete_result, folder, write, summarise)
+        memory = begin_units(folder, untitled_question, resume, announce or str)
 
     def assemble_result(findings: Any, is_finished: bool) -> xr.Dataset:
         return_free_memory()
@@ -177,24 +176,23 @@ def _compute_result(
     def save_unfinished(findings: Any) -> None:
         if folder is not None:
             memory.flush()
-            save(assemble_result(findings, False), new / RESULT)
+            save_partial(assemble_result(findings, False), folder)
             gc.collect()  # a Dataset and its accessor refer to each other
 
-    try:
+    with memory.kept_on_error():
         findings, is_interrupted = _last_findings(study, solve(plan, Work(memory, progress, cluster)), save_unfinished)
         if is_interrupted:
             memory.flush()
-            notes.append("interrupted: the result is incomplete; --resume continues from there")
+            remedy = "only a run with a folder can be resumed" if folder is None else "--resume continues from there"
+            notes.append(f"interrupted: the result is incomplete; {remedy}")
         if memory.is_large:
             memory.flush()
         final, findings = assemble_result(findings, not is_interrupted), None  # may be larger than the result, no longer needed
         if folder is not None:
-            save(final, new / RESULT)
+            save(final, prepare_folder(folder / NEW) / file_name(RESULT, final))
             _commit(final, folder, summarise)
-    except BaseException:
-        with suppress(WuchtError):  # the error of the study is more informative
-            memory.flush()
-        raise
+    if folder is not None and final.attrs["finished"]:
+        remove_partial(folder)
     if not is_interrupted:
         memory.forget()
     return final if folder is None else _show(final, folder, write, summarise)
@@ -231,7 +229,7 @@ def _show(result: xr.Dataset, folder: Path, write: Presenter | None, summarise: 
         attempts.warnings += write(result, new) or []
     shown_result = with_attempt_warnings(result, attempts.warnings)
     if shown_result is not result:
-        save(shown_result, new / RESULT)
+        save(shown_result, new / file_name(RESULT, shown_result))
     _commit(shown_result, folder, summarise)
     return shown_result
 

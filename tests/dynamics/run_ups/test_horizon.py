@@ -90,6 +90,30 @@ def test_samples_are_shared_by_all_runs() -> None:
     assert horizon(machine, runs=10**9).most == 2000
 
 
+def test_a_run_that_cannot_be_stored_whole_has_a_fifth_of_the_samples() -> None:
+    """Its limits are stored apart; just below that it is stored whole. Several runs share what there is, as before."""
+    machine = driven(200.0)
+    most = horizon(machine, turns=1.0).most
+    turns = most / SAMPLES_PER_TURN
+    assert horizon(machine, turns=0.99 * turns).most == most
+    long = horizon(machine, turns=1.01 * turns)
+    assert long.most == most // 5 and long.first / long.step == pytest.approx(most / 5, rel=1e-3)
+    assert horizon(machine, turns=turns, runs=10).most == most // 10
+    assert horizon(machine, turns=2 * turns, stored_samples=most).most == most
+
+
+@pytest.mark.parametrize("points", [3, 2001])
+def test_many_points_of_a_schedule_count_by_their_greatest_value(points: int) -> None:
+    """Also where only one point of many has it."""
+    times, speeds = np.linspace(0.0, 1.0, points), np.full(points, 200.0)
+    speeds[1] = 300.0
+    schedule = {"parameter": "drive.no_load_speed", "points": np.stack([times, speeds], axis=1).tolist()}
+    turn = 2 * math.pi / 300.0
+    assert horizon(driven(200.0, schedules=[schedule]), until=100 * turn).step == pytest.approx(
+        turn / SAMPLES_PER_TURN, rel=1e-3
+    )
+
+
 def test_a_run_without_end_doubles_until_25000_turns() -> None:
     """Eight doublings of 100 turns; and each keeps half as many samples again as fit, where fewer do."""
     machine = driven(200.0)

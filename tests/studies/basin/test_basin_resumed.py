@@ -113,7 +113,7 @@ def test_killed_and_resumed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     """kill -9: the map so far is readable, and what was written is not run again."""
     here = str(Path(__file__).parents[2])
     process = subprocess.Popen([sys.executable, "-c", KILLED, here, str(tmp_path)])
-    unfinished = tmp_path / ".wucht-new" / "result.nc"  # an earlier result would stay in its place
+    unfinished = tmp_path / "result.partial.nc"
     try:
         until = time.monotonic() + 60
         while not unfinished.is_file():

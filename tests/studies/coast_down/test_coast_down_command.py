@@ -44,8 +44,8 @@ def test_ctrl_c_leaves_a_valid_result_that_is_resumed(wucht: Command, monkeypatc
     assert done.code == 130
     assert "interrupted" in done.err
     assert "Traceback" not in done.err
-    assert xr.load_dataset("out/result.nc", engine="h5netcdf").attrs["finished"] == 0
-    assert wucht("plot", "out/result.nc").code == 0
+    assert xr.load_dataset("out/result.partial.nc", engine="h5netcdf").attrs["finished"] == 0
+    assert wucht("plot", "out/result.partial.nc").code == 0
     again = wucht("run", FIGURE_7, "-o", "out", "--resume")
     assert again.code == 0
     assert "interrupted" not in again.err

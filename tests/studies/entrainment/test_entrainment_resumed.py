@@ -111,7 +111,7 @@ def test_resumed_it_is_the_uninterrupted_one(file: str, name: str, after: int, t
     whole, needed = uninterrupted(question, file, made)
     broken = run(question, machine, folder=tmp_path / "broken", progress=stop(made, name, after))
     assert broken.attrs["finished"] == 0
-    assert load_result(tmp_path / "broken" / "result.nc").attrs["finished"] == 0
+    assert load_result(tmp_path / "broken" / "result.partial.nc").attrs["finished"] == 0
     first = dict(made)
     assert first[name] == after
     again = run(question, machine, folder=tmp_path / "broken", resume=True)

@@ -310,8 +310,8 @@ def test_ctrl_c_in_a_slow_run(wucht: Command, study: Study, interrupted: Callabl
     assert reply.code == 130, reply.err
     [warning] = [w for w in reply.document["warnings"] if "interrupted" in w]
     assert "continues from there" in warning
-    assert xr.load_dataset("out/result.nc", engine="h5netcdf").attrs["finished"] == 0
-    assert wucht("plot", "out/result.nc").code == 0
+    assert xr.load_dataset("out/result.partial.nc", engine="h5netcdf").attrs["finished"] == 0
+    assert wucht("plot", "out/result.partial.nc").code == 0
     short = ("run", study('until = "0.5 s"', 'until = "0.5 s"\nmodel = "slow"'), "--json")
     again, whole = wucht(*short, "-o", "out", "--resume"), wucht(*short, "-o", "whole")
     assert again.code == 0, again.err
@@ -325,7 +325,7 @@ def test_a_run_of_both_is_continued(wucht: Command, study: Study, interrupted: C
     whole = wucht(*words, "-o", "whole").document["summary"]
     interrupted(3)
     assert wucht(*words, "-o", "out").code == 130
-    early = xr.load_dataset("out/result.nc", engine="h5netcdf")
+    early = xr.load_dataset("out/result.partial.nc", engine="h5netcdf")
     assert early.attrs["finished"] == 0
     assert "slow_speed" not in early
     reply = wucht(*words, "-o", "out", "--resume")

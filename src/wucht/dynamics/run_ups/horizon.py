@@ -23,6 +23,7 @@ from wucht.numerics.flow.events import Event
 SAMPLES_PER_TURN = 24
 MOST_SAMPLES = 1_000_000  # that are stored of all runs together, of those without a given end five times as many
 _MOST_NUMBERS = 30_000_000  # likewise: a quarter of a gigabyte, and several times that while it is put together
+_THINNING = 5  # a run of which not all can be stored has so many times fewer
 _FIRST_TURNS = 100  # until settled: the first leg, in turns at the highest speed expected; each next leg doubles the run
 MOST_TURNS = 25_000  # likewise: of such a run, which ends with the leg in which it has made them
 _MOST_DOUBLINGS = math.ceil(math.log2(MOST_TURNS / _FIRST_TURNS))
@@ -33,6 +34,7 @@ _MUCH_SLOWER = 8  # times: where the motion is slower than that, fewer samples a
 _SETTLED_TOLERANCE = 1e-5
 _FASTEST = 10.0  # times the highest natural frequency: the most frequent observation of a body that does not turn
 _ROUNDING = 1e-9  # of a time
+_MOST_TIMES = 500  # points of schedules at which the machine's speeds are looked up
 TURNS_DONE, SPEED_LIMIT = "the turns are done", "speed limit"
 
 
@@ -112,7 +114,7 @@ class Horizon:
     @classmethod
     def of(cls, machine: Machine, settings: RunSettings, initial: np.ndarray) -> Horizon:
         """Return the horizon of a run from an initial state."""
-        at = {t: machine.at(t) for t in machine.breakpoints}
+        at = {t: machine.at(t) for t in _distinctive_times(machine)}
         natural = [f for m in at.values() for f in (*natural_frequencies(m).values(), swing_frequency(m)) if f > 0]
         highest = {t: highest_speed(m) for t, m in at.items()}  # a balance of losses alone may lie far above what is reached
         free_speeds = [min(abs(free_speed(m, r, t) or 0.0), highest[t]) for t, m in at.items() for r in m.rotors]
@@ -133,7 +135,7 @@ class Horizon:
         else:
             end, half_turns = (_FIRST_TURNS * turn, 40) if settings.turns is None else (settings.turns * turn, 8)
             first = max(end, half_turns * math.pi / slowest)
-        most = _most_samples(machine, settings)
+        most = _most_samples(machine, settings, first / turn * SAMPLES_PER_TURN)
         step = first / math.ceil(first / max(turn / SAMPLES_PER_TURN, first / most) * (1 - _ROUNDING))
         until_settled, events = settings.until is None and settings.turns is None, _events(machine, settings, initial)
         warnings = tuple(_warnings(machine, settings, free))
@@ -218,11 +220,27 @@ def numbers_per_sample(machine: Machine) -> int:
     return 2 * len(system.states) + len(system.quadratures) + len(system.outputs) + 8 * len(machine.bodies)
 
 
-def _most_samples(machine: Machine, settings: RunSettings) -> int:
-    """The number of stored samples of a run with which all runs of a study fit into memory."""
+def _distinctive_times(machine: Machine) -> list[float]:
+    """Return the times at which the machine's speeds are looked up: those of all points of its schedules, or of many points
+    those at which a parameter is least or greatest, and the others evenly."""
+    times = np.array(machine.breakpoints)
+    if len(times) <= _MOST_TIMES:
+        return list(machine.breakpoints)
+    values = [s.pieces(times) for s in machine.schedules]
+    extremes = [find(v) for v in values for find in (np.argmin, np.argmax)]
+    evenly = np.linspace(0, len(times) - 1, _MOST_TIMES).round().astype(int)
+    return [machine.breakpoints[k] for k in np.unique([*evenly, *extremes])]
+
+
+def _most_samples(machine: Machine, settings: RunSettings, count: float) -> int:
+    """The number of stored samples of a run with which all runs of a study fit into memory. count: of its whole motion.
+
+    A run whose motion cannot be shown by its samples has fewer: its limits are stored apart, and the file is no larger for it.
+    """
     if settings.stored_samples is not None:
         return max(2, settings.stored_samples // settings.runs)
-    return max(_FEWEST_SAMPLES, min(MOST_SAMPLES, _MOST_NUMBERS // numbers_per_sample(machine)) // settings.runs)
+    most = min(MOST_SAMPLES, _MOST_NUMBERS // numbers_per_sample(machine)) // settings.runs
+    return max(_FEWEST_SAMPLES, most // _THINNING if settings.runs == 1 and count > most else most)
 
 
 def _events(machine: Machine, settings: RunSettings, initial: np.ndarray) -> tuple[Event, ...]:
