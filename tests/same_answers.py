@@ -155,7 +155,7 @@ def differences(base: Path, new: Path) -> Iterator[str]:
             yield f"{key}: {_short(given.get(key), other.get(key))}"
     summaries = (_json(folder / OUT / "summary.json") for folder in (base, new))
     yield from (f"summary{d}" for d in _values_that_differ(*summaries))
-    for file in (f"{OUT}/result.nc", f"{RESUMED}/result.nc"):
+    for file in (f"{OUT}/result.nc", f"{OUT}/result.partial.nc", f"{RESUMED}/result.nc"):
         yield from (f"{file}: {d}" for d in _dataset_differences(base / file, new / file))
     if all((folder / DRAWN).exists() for folder in (base, new)):
         with np.load(base / DRAWN) as drawn, np.load(new / DRAWN) as drawn_there:
