@@ -66,6 +66,8 @@ def contents_digest(path: Path) -> str:
     try:
         if not path.is_file():  # a device may never end
             return ""
+        if not path.stat().st_size:  # likewise one of the system
+            return hashlib.sha256().hexdigest()
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError:

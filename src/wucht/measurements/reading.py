@@ -65,7 +65,8 @@ def _check_sound(path: Path) -> None:
     """Raise ``InputError`` for a RIFF file that is cut short or has no samples: scipy would read what is left."""
     try:
         with path.open("rb") as file:
-            size, begin = path.stat().st_size, file.read(12)
+            size = path.stat().st_size
+            begin = file.read(12) if size else b""
             if not size:
                 raise InputError(str(path), None, "this file is empty: record or copy it again", code="no-samples")
             if begin[:4] not in _BYTE_ORDERS:

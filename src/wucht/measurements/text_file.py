@@ -105,7 +105,7 @@ def _text(path: Path) -> str:
 
 def _marked_encoding(path: Path) -> str | None:
     """Return the encoding that the first bytes of a file state, where it is UTF-16 or UTF-32."""
-    if not path.is_file():  # reading a pipe may never end
+    if not path.is_file() or not path.stat().st_size:  # reading a pipe, or a file of the system without a size, may never end
         return None
     try:
         with path.open("rb") as file:
