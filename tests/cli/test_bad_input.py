@@ -615,7 +615,7 @@ def test_plot_of_a_stranger(refused: Refused, here: Path) -> None:
     xr.Dataset(data).to_netcdf("other.nc", engine="h5netcdf")
     refused("plot", "other.nc", says=("other.nc: ", "not written by wucht"))
     xr.Dataset(data, attrs={"study": "run-up"}).to_netcdf("other.nc", engine="h5netcdf")
-    refused("plot", "other.nc", says=("other.nc: title", "missing"))
+    refused("plot", "other.nc", says=("other.nc: summary", "missing"))
 
 
 def test_resume_of_a_damaged_result(refused: Refused, study: Study) -> None:

@@ -88,7 +88,7 @@ def test_the_residual_unbalance_is_the_sum_of_the_vectors_over_that_of_the_rotor
     of = machine(BALL | {"name": "b1"}, BALL | {"name": "b2"})
     for way in (1, -1):
         angles = {"drum": way * DRUM, "b1": way * DRUM + phases[0], "b2": way * DRUM + phases[1]}
-        assert module._residual(of, rows(of), angles, 1.0) == pytest.approx(np.full(5, share), abs=1e-12)
+        assert module._residual(of, rows(of), angles, np.linspace(0.0, 1.0, 5)) == pytest.approx(np.full(5, share), abs=1e-12)
 
 
 def test_rotors_that_lock_have_their_phase_to_the_first() -> None:

@@ -16,6 +16,7 @@ from wucht.dynamics.entrainment.runs_from_start import RunsFromStart
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
+from wucht.results import output_folder
 from wucht.results.output_folder import load_result
 from wucht.studies import runner
 from wucht.studies.entrainment.spec import Entrainment
@@ -81,7 +82,7 @@ def test_a_study_that_is_interrupted_keeps_what_it_has(made: Counter[str]) -> No
     s = result.wucht.summary
     assert s["sentence"].endswith("the study was interrupted before its band was determined")
     assert "3 runs from the start are finished, but the search is not" in result.attrs["warnings"]
-    assert "--resume continues from there" in result.attrs["warnings"]
+    assert "only a run with a folder can be resumed" in result.attrs["warnings"]
     assert s["existence_band"] is not None
     assert s["band_from_rest"] is None
 
@@ -182,6 +183,7 @@ def test_progress_rises_to_its_end_and_results_are_kept(tmp_path: Path, monkeypa
         genuine(result, path)
 
     monkeypatch.setattr(runner, "save", save)
+    monkeypatch.setattr(output_folder, "save", save)
     question = Entrainment.from_table({"points": 5, "resolution": 0.5})
     run(question, bild_2(), folder=tmp_path, progress=lambda share, what: reports.append((share, what)))
     shares = [share for share, _ in reports]

@@ -119,7 +119,7 @@ def test_the_lines_that_end_the_report() -> None:
     shown = len(many) - 1 - (len(whole) - 2)
     assert many[-1] == f"  and {40 - shown} more orbits: see the Dataset" and 1 < shown < 40
     assert STUDY.report(with_answer(made, orbits=[orbit] * shown))[-1] == many[-2]
-    rotor = made.assign_attrs(rotor="drum")
+    rotor = made.assign_attrs(rotor=1)
     for section, of in ((False, "all disturbances"), (True, "disturbances with equal phases of the bodies only")):
         last = STUDY.report(with_answer(rotor, section=section, orbits=[]))[-1]
         assert last == f"  stability    in the averaged equations, of {of}; exponents: per unit of time"

@@ -76,8 +76,8 @@ def test_a_run_of_any_length_has_few_legs(asked: dict[str, Any]) -> None:
 def test_what_is_stored_is_bounded_whatever_is_asked() -> None:
     machine = fast(200.0)
     most, starts = horizon(machine, until=1e9).most, [{"r": 0.1 * k} for k in range(100)]
-    assert 1e8 < 8 * most * numbers_per_sample(machine) < 2.5e8  # bytes
-    assert horizon(machine, until=1e9, starts=starts).most == most // 100
+    assert 2e7 < 8 * most * numbers_per_sample(machine) < 5e7  # bytes of a run that is not stored whole
+    assert horizon(machine, until=1e9, starts=starts).most == 5 * most // 100
     for asked in ({"until": 1e9}, {"settled": True}):
         bounds = horizon(machine, **asked)
         legs, done = list(bounds.legs(lambda: 1e9)), 0

@@ -207,7 +207,7 @@ FAST = {
 def test_a_steady_run_that_is_stored_coarsely_does_not_beat(monkeypatch: pytest.MonkeyPatch) -> None:
     """At 3.7 samples a turn they beat by aliasing."""
     fine = run(RunUp(until=4.0), machine_from(FAST)).wucht.summary
-    monkeypatch.setattr(horizon, "MOST_SAMPLES", round(3.7 * 4.0 * 1269.7 / (2 * math.pi)))
+    monkeypatch.setattr(horizon, "MOST_SAMPLES", round(5 * 3.7 * 4.0 * 1269.7 / (2 * math.pi)))
     result = run(RunUp(until=4.0), machine_from(FAST))
     coarse = result.wucht.summary
     assert result.sizes["time"] < 3100
