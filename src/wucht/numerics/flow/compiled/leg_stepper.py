@@ -190,15 +190,20 @@ def _rounding_error(leg: LegMemory, time: float, step: float) -> float:
     """Return the error, as ``_attempt`` does, that rounding of the state alone makes in a step.
 
     A stiff contact of two bodies that have turned a thousand times feels the last digits of their angles: a shorter step does
-    not make its error smaller than those do. Neighbouring states change in opposite directions.
+    not make its error smaller than those do. Any two states change in opposite directions once: their places differ in a digit.
     """
-    squares = 0.0
-    for i in range(leg.n):
-        leg.point[i] = leg.state[i] * (1.0 + (_EPS if i % 2 == 0 else -_EPS))
-    evaluate(leg.rates, time, leg.point, leg.constants, leg.errors, 0)
-    for i in range(leg.n):
-        squares += ((leg.errors[i] - leg.k[i]) / _allowed_error(leg, i, leg.state[i], leg.next_state[i])) ** 2
-    return step * math.sqrt(squares / leg.n)
+    largest = 0.0
+    digit = 1
+    while digit < 2 * leg.n:
+        squares = 0.0
+        for i in range(leg.n):
+            leg.point[i] = leg.state[i] * (1.0 + (_EPS if i % (2 * digit) < digit else -_EPS))
+        evaluate(leg.rates, time, leg.point, leg.constants, leg.errors, 0)
+        for i in range(leg.n):
+            squares += ((leg.errors[i] - leg.k[i]) / _allowed_error(leg, i, leg.state[i], leg.next_state[i])) ** 2
+        largest = max(largest, squares)
+        digit = 2 * digit
+    return step * math.sqrt(largest / leg.n)
 
 
 def _compute_dense(leg: LegMemory, time: float, step: float) -> None:
