@@ -22,11 +22,13 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from tests.conftest import STUDY
+from tests.node import run_in_node
 from tests.web.built_page import needs_page
 from tests.web.running_app import RunningApp, asked, running_app
 
 pytest.importorskip("fastapi", reason="fastapi, of the extra web, is not installed")
 
+import wucht
 from wucht.web.live_server import SENDING_S
 
 if TYPE_CHECKING:
@@ -308,9 +310,35 @@ def test_a_key_of_thousands_of_parts_is_refused_at_once(app: RunningApp, user: d
         assert answer["error"].endswith("a: at most 40 tables and lists may be nested (at line 1)") or '"a"' in answer["error"]
 
 
+FIRST_PAGE = """
+const [module, address] = process.argv.slice(1);
+const led = [];
+globalThis.location = Object.assign(new URL(address), { replace: (to) => led.push(new URL(to, address).href) });
+globalThis.document = { documentElement: { dataset: {} }, body: {} };
+globalThis.localStorage = { getItem: () => "token" };
+globalThis.fetch = async () => ({ ok: true, text: async () => "KEY" });
+await import(module);
+await new Promise((done) => setTimeout(done, 10));
+console.log(JSON.stringify(led));
+"""
+
+
+@pytest.mark.parametrize("path", ["/machine/private.toml", "//127.0.0.1:9/steal", "/\\127.0.0.1:9/steal", "///a@b/", "//"])
+def test_the_key_of_a_page_is_led_to_this_server_alone(path: str) -> None:
+    """Whatever the path of a link from elsewhere: as an address of its own, `//HOST/` is another server, which has the cookie."""
+    module = Path(wucht.__file__).parent / "web" / "first_page.ts"
+    for query, fragment in (("", ""), ("?key=old", "#%7B%7D")):
+        led = json.loads(
+            run_in_node(
+                "--input-type=module", "-e", FIRST_PAGE, module.as_uri(), f"http://127.0.0.1:8417{path}{query}{fragment}"
+            )
+        )
+        assert led == [f"http://127.0.0.1:8417{path.replace(chr(92), '/')}?key=KEY{fragment}"]
+
+
 @pytest.mark.slow
 def test_pages_of_another_port_get_nothing_in_a_browser(browser: Browser, folder: Path) -> None:
-    """They fetch, post, frame, open and collect; the user's own page works, is reloaded, and opens in a second tab."""
+    """They fetch, post, frame, open, lead and collect; the user's own page works, is reloaded, and opens in a second tab."""
     attack = """<body><script>
       const address = "APP"; const got = {};
       const attempt = async (name, action) => { try { got[name] = await action(); } catch (error) { got[name] = "refused"; } };
@@ -358,9 +386,15 @@ def test_pages_of_another_port_get_nothing_in_a_browser(browser: Browser, folder
             other.wait_for_function("document.title === 'done'", timeout=30_000)
             got = json.loads(other.get_attribute("html", "data-got") or "")
             assert f"wucht-{app.port}=" in cookies[0], "the browser sends it to every port"
+            visits = len(cookies)
             names = ("read", "unread", "post", "token", "script", "frame")
             assert {name: got.pop(name) for name in names} == dict.fromkeys(names, "refused")
             assert got["open"] in ("refused", "closed")
+            leading = context.new_page()
+            leading.goto(f"{app.address}/127.0.0.1:{port}/")
+            leading.wait_for_url("**?key=*")
+            assert leading.url.startswith(app.address)
+            assert len(cookies) == visits, "the page's key does not come here"
             stolen = {"cookie": cookies[0]}
             assert app.ask("/", stolen).status == 200
             assert SECRET not in app.ask("/machine/private.toml", stolen).text

@@ -14,7 +14,9 @@ async function open() {
   if (token) keepToken(token);
   const answer = await fetch("/key", { method: "POST", headers: tokenHeaders() });
   if (!answer.ok) return say(NO_TOKEN);
-  location.replace(`${location.pathname}?key=${await answer.text()}${location.hash}`);
+  const page = new URL(location.href); // its path alone could be `//HOST/`, which would lead the key to another server
+  page.search = `key=${await answer.text()}`;
+  location.replace(page);
 }
 
 function say(sentence: string) {
