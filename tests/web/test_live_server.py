@@ -5,13 +5,16 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import os
 import re
+import sys
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote_to_bytes
 
 import pytest
 from tests.conftest import STUDY
@@ -194,6 +197,19 @@ def test_a_file_of_the_list_is_read_once_until_it_changes(tmp_path: Path) -> Non
     assert '<a href="/machine/file-1.toml">' in machine_list(tmp_path, [])
     (tmp_path / "file-1.toml").write_text("[project]\n", encoding="utf-8")
     assert "file-1.toml" not in machine_list(tmp_path, [])
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only there is a name any bytes")
+def test_a_name_that_is_not_utf8_is_listed_as_well(tmp_path: Path) -> None:
+    """A file of somebody else's in a shared folder must not take the list away."""
+    for name in (b"a\xff.toml", "b\u00fc.toml".encode()):
+        (tmp_path / os.fsdecode(name)).write_text(STUDY, encoding="utf-8")
+    page = machine_list(tmp_path, [])
+    assert [unquote_to_bytes(x) for x in re.findall(r'href="/machine/([^"]+)"', page)] == [
+        b"a\xff.toml",
+        "b\u00fc.toml".encode(),
+    ]
+    page.encode("utf-8")
 
 
 def test_files_below_a_folder(folder: Path) -> None:

@@ -325,7 +325,7 @@ console.log(JSON.stringify(led));
 
 @pytest.mark.parametrize("path", ["/machine/private.toml", "//127.0.0.1:9/steal", "/\\127.0.0.1:9/steal", "///a@b/", "//"])
 def test_the_key_of_a_page_is_led_to_this_server_alone(path: str) -> None:
-    """Whatever the path of a link from elsewhere: as an address of its own, `//HOST/` is another server, which has the cookie."""
+    """Whatever the path of a link from elsewhere: as an address, `//HOST/` is another server's, which has the cookie."""
     module = Path(wucht.__file__).parent / "web" / "first_page.ts"
     for query, fragment in (("", ""), ("?key=old", "#%7B%7D")):
         led = json.loads(

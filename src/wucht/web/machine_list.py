@@ -85,7 +85,7 @@ def _reads_machine(path: Path, *_version: int) -> bool:
 
 
 def _links(names: Iterable[str]) -> str:
-    entries = (f'<li><a href="/machine/{quote(name)}">{html_text(name, 400)}</a></li>' for name in names)
+    entries = (f'<li><a href="/machine/{quote(os.fsencode(name))}">{html_text(name, 400)}</a></li>' for name in names)
     return f"<ul>{''.join(entries)}</ul>"
 
 
