@@ -288,6 +288,33 @@ def test_unfinished_posts_end_without_a_word(folder: Path) -> None:
     assert len(err.splitlines()) <= 1, err
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="the limit of another process can be set on Linux alone")
+def test_what_strangers_send_neither_fills_the_log_nor_ends_the_server(folder: Path) -> None:
+    """What is no request, and more connections than the process may have."""
+    import resource
+
+    with running_app(folder, "private.toml") as app:
+        unfinished(app.port, ["GET", "", ""])
+        unfinished(
+            app.port, ["GET / HTTP/1.1", f"Host: 127.0.0.1:{app.port}", "Connection: Upgrade", "Upgrade: websocket", "", ""]
+        )
+        resource.prlimit(app.process.pid, resource.RLIMIT_NOFILE, (50, 50))
+        connections = [socket.socket() for _ in range(60)]
+        for connection in connections:
+            connection.setblocking(False)
+            connection.connect_ex(("127.0.0.1", app.port))
+        time.sleep(1.5)
+        for connection in connections:
+            connection.close()
+        assert app.ask("/").status == 403
+        app.process.terminate()
+        err = app.process.communicate(timeout=20)[1]
+    assert "Too many open files" in err
+    assert len(err) < 40_000
+    assert "Invalid HTTP" not in err
+    assert "uvicorn" not in err
+
+
 @pytest.mark.slow
 def test_a_post_that_does_not_end_is_answered_all_the_same(app: RunningApp, user: dict[str, str]) -> None:
     headers = [f"{name}: {value}" for name, value in user.items()]

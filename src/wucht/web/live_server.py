@@ -27,6 +27,7 @@ VERDICT, KEY = "/verdict", "/key"  # the latter as in `first_page.ts`
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 LARGEST = 1_000_000  # bytes of a study file
 SENDING_S = 20.0  # in which it must have come
+_WAITING = 16  # connections that are not accepted yet: a browser opens six
 # FastAPI can report requests to where variables of the environment say; versions that cannot ignore this.
 _NO_TELEMETRY = dict.fromkeys(("tracing", "metrics", "logs", "operation_spans", "auto_configure"), False)
 
@@ -165,9 +166,10 @@ def serve(application: LocalRequests, connection: socket.socket, stop: Callable[
     KeyboardInterrupt
         After Ctrl-C, once all connections are closed.
     """
+    # What strangers send is no warning. asyncio prints as many errors as may wait where no connection can be opened any longer.
     config = uvicorn.Config(
-        application, log_level="warning", access_log=False, lifespan="off", ws="none", server_header=False,
-        proxy_headers=False, timeout_graceful_shutdown=1,
+        application, log_level="error", access_log=False, lifespan="off", ws="none", server_header=False,
+        proxy_headers=False, timeout_graceful_shutdown=1, backlog=_WAITING,
     )  # fmt: skip
     _Server(config, stop).run(sockets=[connection])
 
