@@ -469,7 +469,10 @@ def test_without_a_place_to_write_it_is_derived_each_time(tmp_path, monkeypatch)
 
 def test_a_changed_program_derives_anew_and_only_the_last_are_kept(folder, tmp_path, monkeypatch):
     folder.mkdir()
-    (folder / "mine").mkdir()  # what is not ours stays
+    theirs = [folder / name for name in ("mine", "derived-results", "derived-2024", "derived-0123456789abcdef0")]
+    for other in theirs:  # what is not the cache's stays, in a folder with work of the user, too
+        other.mkdir()
+        os.utime(other, (1, 1))
     for change in range(6):
         program = tmp_path / "program/disk_cache/derived.py"
         program.parent.mkdir(exist_ok=True, parents=True)
@@ -480,8 +483,8 @@ def test_a_changed_program_derives_anew_and_only_the_last_are_kept(folder, tmp_p
         derived(question(), 1.0)
         derived(question(), 1.0)
     assert len(calls) == 6
-    assert len(list(folder.glob("derived-*"))) == 4
-    assert (folder / "mine").is_dir()
+    assert all(other.is_dir() for other in theirs)
+    assert len(list(folder.iterdir())) == 4 + len(theirs)
 
 
 RUN = """

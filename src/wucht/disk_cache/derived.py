@@ -27,6 +27,7 @@ from wucht.disk_cache.user_key import key_for
 _Result = TypeVar("_Result")
 _STABLE_PACKAGES = {"wucht", "sympy", "builtins"}  # packages whose classes belong to the state of the program
 _LIBRARIES = ("sympy", "numpy", "pint")  # of whose versions results depend; those of LLVM are inputs
+_STATE_DIGITS = 16
 _PROGRAMS = 4  # states of the program whose results are kept: those used last
 
 
@@ -109,13 +110,14 @@ def _program_folder(root: Path) -> str:
     from importlib.metadata import version
 
     versions = sys.version, *map(version, _LIBRARIES)
-    state = sha256(repr((versions, program_state())).encode()).hexdigest()[:16]
+    state = sha256(repr((versions, program_state())).encode()).hexdigest()[:_STATE_DIGITS]
     folder = root / f"derived-{state}"
     with suppress(OSError):
         make_folder(root)
         make_folder(folder)
         os.utime(folder)
-        for old in sorted(root.glob("derived-*"), key=lambda p: -p.stat().st_mtime)[_PROGRAMS:]:
+        ours = "derived-" + _STATE_DIGITS * "[0-9a-f]"  # the folder may be one with other work of the user
+        for old in sorted(root.glob(ours), key=lambda p: -p.stat().st_mtime)[_PROGRAMS:]:
             rmtree(old, ignore_errors=True)
     return folder.name
 
