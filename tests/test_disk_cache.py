@@ -310,10 +310,10 @@ def test_a_key_that_is_somebody_elses_or_damaged_is_refused(key, tmp_path, monke
     nobody = 65534
     changes = {
         "a link": lambda file: (file.rename(file.with_name("real")), file.symlink_to(file.with_name("real"))),
-        "no file of 32 bytes": lambda file: file.write_bytes(b""),
+        "no file of 32 bytes.*; remove this file": lambda file: file.write_bytes(b""),
         "no file of 32 bytes ": lambda file: file.write_bytes(bytes(33)),
         "no file of 32 bytes  ": lambda file: (file.unlink(), os.mkfifo(file)),
-        "a folder that is not yours alone": lambda file: file.parent.chmod(0o777),
+        "a folder that is not yours alone.*; that folder must be yours": lambda file: file.parent.chmod(0o777),
     }
     if os.geteuid() == 0:
         changes |= {
@@ -331,7 +331,7 @@ def test_a_key_that_is_somebody_elses_or_damaged_is_refused(key, tmp_path, monke
 def test_a_key_in_the_cache_itself_is_refused(folder, monkeypatch):
     """Who has a copy of the cache would have it as well."""
     monkeypatch.setenv("XDG_STATE_HOME", str(folder / "state"))
-    with pytest.warns(RuntimeWarning, match="lies in the cache itself"):
+    with pytest.warns(RuntimeWarning, match="lies in the cache itself.*; give another folder by WUCHT_CACHE_DIR"):
         derived(question(), 1.0)
     assert not folder.exists()
 

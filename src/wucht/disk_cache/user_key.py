@@ -43,20 +43,24 @@ def _key(path: Path, cache: Path) -> bytes | None:
         return None
     try:
         if path.resolve().is_relative_to(cache.resolve()):
-            raise _RefusedKeyError("lies in the cache itself")
+            raise _RefusedKeyError("lies in the cache itself", "give another folder by WUCHT_CACHE_DIR")
         with suppress(FileNotFoundError):
             return _read(path)
         _make(path)
         return _read(path)
     except _RefusedKeyError as error:
-        warn_once(f"the key of the cache, {path}, {error}: the cache is not used; remove this file, and a new key is made")
+        warn_once(f"the key of the cache, {path}, {error}: the cache is not used; {error.remedy}")
     except (OSError, RuntimeError):  # no room, no right to write there, no home
         pass
     return None
 
 
 class _RefusedKeyError(Exception):
-    """Why a key is not used."""
+    """Why a key is not used, and what can be done."""
+
+    def __init__(self, reason: str, remedy: str = "remove this file, and a new key is made") -> None:
+        super().__init__(reason)
+        self.remedy = remedy
 
 
 def _read(path: Path) -> bytes:
@@ -72,9 +76,10 @@ def _read(path: Path) -> bytes:
         if error.errno == ELOOP:
             raise _RefusedKeyError("is a link") from None
         raise
-    problems = privacy_problem(path.parent, path.parent.stat()), privacy_problem(path, status)
-    if any(problems):
-        raise _RefusedKeyError(f"is in a folder that {problems[0]}" if problems[0] else str(problems[1]))
+    if problem := privacy_problem(path.parent, path.parent.stat()):
+        raise _RefusedKeyError(f"is in a folder that {problem}", "that folder must be yours alone (mode 0700)")
+    if problem := privacy_problem(path, status):
+        raise _RefusedKeyError(problem)
     if not WINDOWS and status.st_mode & (stat.S_IRWXG | stat.S_IRWXO):
         raise _RefusedKeyError(f"can be read by other accounts (mode {stat.S_IMODE(status.st_mode):04o})")
     if len(key) != _SIZE:
