@@ -154,6 +154,39 @@ def test_crafted_attributes(result: Path, tmp_path: Path, count: int) -> None:
     assert {0, 2} <= codes
 
 
+@pytest.mark.parametrize("how", ["external", "virtual", "link", "inner"])
+def test_numbers_of_a_result_come_from_no_other_file(result: Path, tmp_path: Path, how: str) -> None:
+    """HDF5 can name one, such as a key of the user's, whose bytes are then numbers of a report that is passed on."""
+    import h5py
+
+    secret, file = tmp_path / "secret", tmp_path / "result.nc"
+    file.write_bytes(result.read_bytes())
+    with h5py.File(file, "r+") as edited:
+        name = next(n for n, d in edited.items() if d.dtype == float and d.shape)
+        shape, attributes = edited[name].shape, {k: v for k, v in edited[name].attrs.items() if k in ("units", "long_name")}
+        del edited[name], edited.attrs["checksums"]
+        with h5py.File(secret, "w") as other:
+            other["numbers"] = np.ones(shape)
+        if how == "link":
+            edited[name] = h5py.ExternalLink(str(secret), "numbers")
+        elif how == "virtual":
+            layout = h5py.VirtualLayout(shape, float)
+            layout[...] = h5py.VirtualSource(str(secret), "numbers", shape)
+            edited.create_virtual_dataset(name, layout)
+        else:
+            place = f"inner/{name}" if how == "inner" else name
+            edited.create_dataset(place, shape, float, external=[(str(secret), 0, h5py.h5f.UNLIMITED)])
+            if how == "inner":
+                edited[name] = h5py.SoftLink(f"/{place}")
+        if how != "link":
+            edited[name].attrs.update(attributes)
+    for command in ("report", "export"):
+        ended = children.call(children.wucht(command, "result.nc"), tmp_path)
+        assert ended.code == 2, ended.err
+        assert f"{name} lie" in ended.err
+        assert "in another file" in ended.err
+
+
 def test_a_changed_result_is_refused_by_every_command(result: Path, tmp_path: Path) -> None:
     """Exit code 2, and nothing is drawn: the byte is one of a number."""
     import h5py

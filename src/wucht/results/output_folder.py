@@ -27,6 +27,7 @@ from wucht.results.provenance import verify_checksums
 from wucht.results.store import RESULT, file_name, partial_name, prepare_folder, save, save_summary
 
 if TYPE_CHECKING:
+    import h5py
     import xarray as xr
 
 if sys.platform == "win32":
@@ -292,6 +293,7 @@ def load_result(path: Path) -> xr.Dataset:
     try:
         with h5py.File(file) as h5_file:  # where this fails, h5netcdf would leave a file half open and print to stderr
             h5_file.attrs.get("_nc3_strict")
+            _refuse_other_files(h5_file)
         result = xr_.load_dataset(file, engine="h5netcdf")
     except Exception as error:
         # A damaged file can cause any error in the libraries beneath: to the user they mean the same.
@@ -306,3 +308,17 @@ def load_result(path: Path) -> xr.Dataset:
     for fault in result.wucht.faults:
         warnings.warn(f"{path}: {fault}", stacklevel=2)
     return result
+
+
+def _refuse_other_files(file: h5py.File) -> None:
+    """Raise ``ValueError`` where numbers lie in another file: any that the user can read, and may pass on as a report."""
+    import h5py as h5
+
+    def refuse(name: str, item: Any) -> None:
+        if isinstance(item, h5.Dataset) and (item.external or item.is_virtual):
+            raise ValueError(f"the numbers of {name} lie in another file")
+
+    for name in file:
+        if isinstance(file.get(name, getlink=True), h5.ExternalLink):
+            raise ValueError(f"{name} lies in another file")
+    file.visititems(refuse)
