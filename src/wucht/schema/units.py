@@ -99,6 +99,8 @@ _TURNS = r"(?:u|umdr\.?|umdrehung(?:en)?|revs?)"
 _TURN = re.compile(_TURNS, re.IGNORECASE)
 _TURNS_A_MINUTE = re.compile(rf"rpm|upm|(?:{_TURNS}|r|1)?\s*/\s*min\.?|(?:{_TURNS}\s*)?min\s*\^?\s*(?:-1|⁻¹)", re.IGNORECASE)
 _TURNS_A_SECOND = re.compile(rf"(?:{_TURNS}|r)\s*/\s*s(?:ec|ek)?\.?", re.IGNORECASE)
+# Below a stroke it is a speed as well, V/(1/min) for V/rpm, but to Pint a number of minutes.
+_TURNS_BELOW = re.compile(rf"/\s*\(?\s*(?:(?:{_TURNS}|r|1)\s*/\s*min\b|min\s*\^?\s*\(?\s*-\s*1)", re.IGNORECASE)
 # Frequent mistakes in a number with a unit, for which the error names a remedy.
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?[\d.]*,\d")
 _DIGITS_APART = re.compile(r"\s*[+-]?\d+(?:[ '\u00a0\u2009\u202f]\d{3})+(?!\d)")
@@ -106,6 +108,7 @@ _POWER_OF_TEN = re.compile(r"\s*(?:[+-]?[\d.]+\s*[*x·⋅×]?\s*)?10\s*(?:\^|\*\
 # Spellings of units of mechanics that Pint does not know.
 _PRODUCT = re.compile(r"\s*[*·⋅]\s*|(?<=\w)\.(?=[^\W\d_])")
 _POWER = re.compile(r"(?<=[^\W\d_])([234])(?!\w)")
+_RAISED = str.maketrans({"⁻": "^-", "¹": "1", "²": "^2", "³": "^3"})
 _TO = r"(?:\^?[234])?"
 _TOGETHER = re.compile(rf"\b(?:([kmM]?N)(?=[a-z])([cm]?m{_TO})?(s{_TO})?|([km]?g|t)([cm]?m{_TO}))(?!\w)")
 # Pint computes powers of powers, however long that takes.
@@ -158,6 +161,11 @@ def _factor(unit: str, si: str, requirement: str) -> float:
         return 1.0
     if (plain, si) in COMMON:
         return COMMON[plain, si]
+    if _TURNS_BELOW.search(plain):
+        raise FieldError(
+            f"{requirement}; {unit!r} does not say whether turns or radians: write rpm or rad/s below the stroke",
+            code="unclear-unit",
+        )
     for unit_text in (unit, si):
         if len(_POWER_SIGN.findall(unit_text)) != len(_PLAIN_POWER.findall(unit_text)) or len(unit_text) > _LONGEST:
             raise FieldError(
@@ -182,12 +190,16 @@ def _pint_factor(unit: str, plain: str, si: str, requirement: str) -> float:
         # Pint's parser raises whatever Python's tokenizer does on a malformed string; to the user it is one error.
         raise FieldError(f"{requirement}; {unit!r} is not a known unit", code="unknown-unit") from None
     try:
-        factor = float(_registry().Quantity(1.0, pint_unit).to(si or "dimensionless").magnitude)
+        factor, thrice = (
+            float(_registry().Quantity(size, pint_unit).to(si or "dimensionless").magnitude) for size in (1.0, 3.0)
+        )
     except pint_.DimensionalityError:
         raise FieldError(f"{requirement}; this one is {article(_dimension(pint_unit))}", code="dimension") from None
     except Exception:
+        factor, thrice = 1.0, math.nan
+    if not math.isclose(thrice, 3 * factor):
         reason = f"{unit!r} has an offset or a logarithmic scale, which cannot be used here"
-        raise FieldError(f"{requirement}; {reason}", code="unknown-unit") from None
+        raise FieldError(f"{requirement}; {reason}", code="unknown-unit")
     names = str(pint_unit)
     if si != "rad/s" and "hertz" in names:
         raise FieldError(
@@ -270,7 +282,7 @@ def _spelt_out(unit: str) -> str:
 
     ``Nms`` is N m s, not newton milliseconds; to Pint ``Nm`` is the fineness of a yarn, ``Grad`` 1e9 rad, ``grad`` a gradian.
     """
-    unit = _DEGREE.sub("deg", _OHM.sub(r"\1ohm", unit)).replace("²", "^2").replace("³", "^3").replace("**", "^")
+    unit = _DEGREE.sub("deg", _OHM.sub(r"\1ohm", unit)).translate(_RAISED).replace("-^", "-").replace("**", "^")
     apart = _TOGETHER.sub(lambda m: " ".join(filter(None, m.groups())), _PRODUCT.sub(" ", unit))
     return _POWER.sub(r"^\1", apart)
 
