@@ -108,7 +108,7 @@ _POWER_OF_TEN = re.compile(r"\s*(?:[+-]?[\d.]+\s*[*x·⋅×]?\s*)?10\s*(?:\^|\*\
 # Spellings of units of mechanics that Pint does not know.
 _PRODUCT = re.compile(r"\s*[*·⋅]\s*|(?<=\w)\.(?=[^\W\d_])")
 _POWER = re.compile(r"(?<=[^\W\d_])([234])(?!\w)")
-_RAISED = str.maketrans({"⁻": "^-", "¹": "1", "²": "^2", "³": "^3"})
+_SUPERSCRIPTS = str.maketrans({"⁻": "^-", "¹": "1", "²": "^2", "³": "^3"})
 _TO = r"(?:\^?[234])?"
 _TOGETHER = re.compile(rf"\b(?:([kmM]?N)(?=[a-z])([cm]?m{_TO})?(s{_TO})?|([km]?g|t)([cm]?m{_TO}))(?!\w)")
 # Pint computes powers of powers, however long that takes.
@@ -282,7 +282,7 @@ def _spelt_out(unit: str) -> str:
 
     ``Nms`` is N m s, not newton milliseconds; to Pint ``Nm`` is the fineness of a yarn, ``Grad`` 1e9 rad, ``grad`` a gradian.
     """
-    unit = _DEGREE.sub("deg", _OHM.sub(r"\1ohm", unit)).translate(_RAISED).replace("-^", "-").replace("**", "^")
+    unit = _DEGREE.sub("deg", _OHM.sub(r"\1ohm", unit)).translate(_SUPERSCRIPTS).replace("-^", "-").replace("**", "^")
     apart = _TOGETHER.sub(lambda m: " ".join(filter(None, m.groups())), _PRODUCT.sub(" ", unit))
     return _POWER.sub(r"^\1", apart)
 
