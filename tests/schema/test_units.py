@@ -110,6 +110,12 @@ def test_turns_are_no_other_quantity(si, given):
         Unit(si, "quantity").parse_quantity(given)
 
 
+def test_a_long_unit_is_refused_at_once():
+    """300,000 blanks took eight minutes: a pattern of products."""
+    with pytest.raises(ValueError, match="is not a known unit"):
+        Unit("Wb", "quantity").parse_quantity("5 V/" + " " * 300_000 + "x")
+
+
 @pytest.mark.parametrize("unit", ["dB", "Np", "octave", "decade"])
 def test_a_logarithmic_scale_is_no_factor(unit):
     """5 dB, to Pint 10^(5/10), is not five times 1 dB."""

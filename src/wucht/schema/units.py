@@ -132,6 +132,10 @@ def _parse(raw_value: object, si: str, long_name: str) -> float:
             raise FieldError(f"{requirement}; this one is too large", code="limits") from None
     split = _NUMBER.fullmatch(raw_value)
     unit = split[2].strip() if split else ""
+    if len(unit) > _LONGEST:  # patterns below would take a square of its length
+        raise FieldError(
+            f"{requirement}; {unit[:_LONGEST]!r} is not a known unit: it has more than {_LONGEST} characters", code="unknown-unit"
+        )
     if split is None or (unit not in ("", si) and not _UNIT.fullmatch(unit) and _logger_factor(unit, si) is None):
         raise FieldError(
             f"{requirement}; this cannot be read as a number and a unit ({_remedy(raw_value, si)})", code="no-quantity"
@@ -161,17 +165,17 @@ def _factor(unit: str, si: str, requirement: str) -> float:
         return 1.0
     if (plain, si) in COMMON:
         return COMMON[plain, si]
-    if _TURNS_BELOW.search(plain):
-        raise FieldError(
-            f"{requirement}; {unit!r} does not say whether turns or radians: write rpm or rad/s below the stroke",
-            code="unclear-unit",
-        )
     for unit_text in (unit, si):
         if len(_POWER_SIGN.findall(unit_text)) != len(_PLAIN_POWER.findall(unit_text)) or len(unit_text) > _LONGEST:
             raise FieldError(
                 f"{requirement}; {unit_text[:_LONGEST]!r} is not a known unit: a power in a unit is a number below 100",
                 code="unknown-unit",
             )
+    if _TURNS_BELOW.search(plain):
+        raise FieldError(
+            f"{requirement}; {unit!r} does not say whether turns or radians: write rpm or rad/s below the stroke",
+            code="unclear-unit",
+        )
     return _pint_factor(unit, plain, si, requirement)
 
 
