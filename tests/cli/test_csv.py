@@ -53,6 +53,21 @@ def test_the_files_stand_beside_the_result(wucht: Command, study: Study) -> None
 
 
 @pytest.mark.usefixtures("no_figures")
+def test_exported_tables_go_with_their_result(wucht: Command, study: Study) -> None:
+    """The next result beside them has other numbers; what is in another folder stays, and what was changed since."""
+    question = study('"0.5 s"', '"0.05 s"')
+    wucht("run", question, "-o", "out")
+    wucht("export", "out", "--csv", "--xlsx")
+    wucht("export", "out", "--csv", "-o", "kept")
+    changed = Path("out/run-up-numbers.csv")
+    changed.write_text("with notes of my own", encoding="utf-8")
+    wucht("run", question, "-o", "out", "--set", "study.until=0.4")
+    assert {path.name for path in Path("out").iterdir()} >= {"result.nc", "summary.json", changed.name}
+    assert not {"run-up-time.csv", "run-up.xlsx"} & {path.name for path in Path("out").iterdir()}
+    assert {path.name for path in Path("kept").iterdir()} == {"run-up-time.csv", "run-up-numbers.csv"}
+
+
+@pytest.mark.usefixtures("no_figures")
 def test_other_forms_of_a_result(wucht: Command, refused: Callable[..., str], study: Study) -> None:
     """A decimal comma in CSV, of a run and of its result; a workbook beside it, which pandas reads; with neither refused."""
     refused(

@@ -62,7 +62,8 @@ def test_turns_and_degrees_as_loggers_write_them(given, si, value):
         ("kg m^2", 1e3, ["t m2", "tm²"]),
         ("kg m", 1, ["kgm", "kg*m"]),
         ("kg m", 1e-6, ["gmm", "g mm", "g.mm"]),
-        ("m/s^2", 1, ["m/s2", "m/s²", "m/s^2", "m s^-2"]),
+        ("m/s^2", 1, ["m/s2", "m/s²", "m/s^2", "m s^-2", "m s⁻²", "m·s⁻²"]),
+        ("N s/m", 1, ["N s m⁻¹", "kg s⁻¹"]),
         ("rad", math.pi / 180, ["°", "deg", "grad", "Grad"]),
         ("rad", math.pi / 200, ["gon"]),
         ("rad/s", math.pi / 180, ["°/s", "deg/s", "grad/s", "Grad/s"]),
@@ -107,6 +108,31 @@ def test_what_is_refused_says_what_to_write(si, given, sentence):
 def test_turns_are_no_other_quantity(si, given):
     with pytest.raises(ValueError, match="must be a quantity"):
         Unit(si, "quantity").parse_quantity(given)
+
+
+def test_a_long_unit_is_refused_at_once():
+    """300,000 blanks took eight minutes: a pattern of products."""
+    with pytest.raises(ValueError, match="is not a known unit"):
+        Unit("Wb", "quantity").parse_quantity("5 V/" + " " * 300_000 + "x")
+
+
+@pytest.mark.parametrize("unit", ["dB", "Np", "octave", "decade"])
+def test_a_logarithmic_scale_is_no_factor(unit):
+    """5 dB, to Pint 10^(5/10), is not five times 1 dB."""
+    with pytest.raises(ValueError, match="has an offset or a logarithmic scale"):
+        Unit("", "quantity").parse_quantity(f"5 {unit}")
+
+
+@pytest.mark.parametrize(
+    "speed", ["(1/min)", "min^-1", "min-1", "min⁻¹", "min**-1", "(min^-1)", "(U/min)", "(r/min)", "(rev/min)", "( 1 / min )"]
+)
+@pytest.mark.parametrize(("unit", "si"), [("V", "Wb"), ("mV", "Wb"), ("Nm", "N m s"), ("Nm", "N m s/rad")])
+def test_turns_a_minute_below_the_stroke_are_written_rpm(unit, si, speed):
+    """As data sheets of motors have a constant of the voltage; to Pint 1/min counts radians, wrong by 2 pi."""
+    with pytest.raises(ValueError, match="write rpm or rad/s below the stroke"):
+        Unit(si, "quantity").parse_quantity(f"5 {unit}/{speed}")
+    assert Unit(si, "quantity").parse_quantity("5 N m/rpm" if unit == "Nm" else f"5 {unit}/rpm") > 0
+    assert Unit("m/s^2", "quantity").parse_quantity("5 mm/s/min") == pytest.approx(5e-3 / 60)
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from tests.refusals import failed, rejected
 
+from wucht.errors import InputError
 from wucht.studies import memory as remembering
 from wucht.studies.memory import UnitMemory, stored_questions
 
@@ -84,6 +85,26 @@ def test_another_question_is_begun_without_units_of_this_one(tmp_path: Path) -> 
     fill(tmp_path, range(1), OTHER)
     assert stored_questions(tmp_path) == [OTHER]
     assert kept(tmp_path, QUESTION, 3) == []
+
+
+def test_a_folder_of_the_user_that_has_its_name_keeps_its_files(tmp_path: Path) -> None:
+    """``wucht run -o .`` beside a folder ``units`` of the user's: only units are removed, here those of the question before."""
+    fill(tmp_path)
+    own = tmp_path / "units" / "mine" / "list.txt"
+    own.parent.mkdir()
+    own.write_text("mm, kg", encoding="utf-8")
+    fill(tmp_path, range(1), OTHER)
+    assert stored_questions(tmp_path) == [OTHER]
+    fill(tmp_path).forget()
+    assert own.read_text(encoding="utf-8") == "mm, kg"
+    assert [path.name for path in (tmp_path / "units").iterdir()] == ["mine"]
+
+
+def test_a_file_in_the_place_of_the_units_is_kept(tmp_path: Path) -> None:
+    (tmp_path / "units").write_text("mm, kg", encoding="utf-8")
+    with pytest.raises(InputError, match="a file is in the place of the folder units"):
+        UnitMemory.start(tmp_path, QUESTION)
+    assert (tmp_path / "units").read_text(encoding="utf-8") == "mm, kg"
 
 
 def test_what_is_forgotten_leaves_nothing(tmp_path: Path) -> None:

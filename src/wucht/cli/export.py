@@ -21,7 +21,7 @@ def export(
     import_: Imports = None,
 ) -> None:
     """Export a result: of a cam the points to mill, drawings and tables for controllers; of any study its tables."""
-    from wucht.results.output_folder import load_result, result_file
+    from wucht.results.output_folder import load_result, note_figure, result_file
     from wucht.results.spreadsheets import save_csv, save_xlsx
     from wucht.results.store import prepare_folder
     from wucht.studies.runner import export as export_files
@@ -32,6 +32,8 @@ def export(
     try:
         tables = [*(save_csv(dataset, prepare_folder(folder), decimal_comma) if csv else [])]
         tables += [save_xlsx(dataset, prepare_folder(folder))] if xlsx else []
+        for table in tables if folder.absolute() == file.parent.absolute() else []:
+            note_figure(table, dataset)
         lines = list(map(str, tables)) if csv or xlsx else export_files(dataset, folder)
     except InputError as error:
         if error.code == "not-exported":

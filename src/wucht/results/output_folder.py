@@ -35,7 +35,7 @@ if sys.platform == "win32":
 else:
     import fcntl
 
-SUMMARY, CHECKSUMS = "summary.json", "checksums"  # checksums of the figures, by name
+SUMMARY, CHECKSUMS = "summary.json", "checksums"  # checksums of the figures and tables, by name
 NEW, COMMIT = ".wucht-new", ".wucht-commit"
 PARTIAL = partial_name(RESULT)
 _PARTIAL_SUMMARY = partial_name(SUMMARY)
@@ -122,7 +122,7 @@ def _has_content(path: Path) -> bool:
 
 
 def note_figure(file: Path, result: xr.Dataset) -> None:
-    """Record a figure of a result in the summary of its folder, if there is one."""
+    """Record a figure or table of a result in the summary of its folder, if there is one: the next result removes it."""
     path = file.parent / file_name(SUMMARY, result)
     summary = _read_summary(path)
     if summary:

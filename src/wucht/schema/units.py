@@ -99,6 +99,8 @@ _TURNS = r"(?:u|umdr\.?|umdrehung(?:en)?|revs?)"
 _TURN = re.compile(_TURNS, re.IGNORECASE)
 _TURNS_A_MINUTE = re.compile(rf"rpm|upm|(?:{_TURNS}|r|1)?\s*/\s*min\.?|(?:{_TURNS}\s*)?min\s*\^?\s*(?:-1|⁻¹)", re.IGNORECASE)
 _TURNS_A_SECOND = re.compile(rf"(?:{_TURNS}|r)\s*/\s*s(?:ec|ek)?\.?", re.IGNORECASE)
+# Below a stroke it is a speed as well, V/(1/min) for V/rpm, but to Pint a number of minutes.
+_TURNS_BELOW = re.compile(rf"/\s*\(?\s*(?:(?:{_TURNS}|r|1)\s*/\s*min\b|min\s*\^?\s*\(?\s*-\s*1)", re.IGNORECASE)
 # Frequent mistakes in a number with a unit, for which the error names a remedy.
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?[\d.]*,\d")
 _DIGITS_APART = re.compile(r"\s*[+-]?\d+(?:[ '\u00a0\u2009\u202f]\d{3})+(?!\d)")
@@ -106,6 +108,7 @@ _POWER_OF_TEN = re.compile(r"\s*(?:[+-]?[\d.]+\s*[*x·⋅×]?\s*)?10\s*(?:\^|\*\
 # Spellings of units of mechanics that Pint does not know.
 _PRODUCT = re.compile(r"\s*[*·⋅]\s*|(?<=\w)\.(?=[^\W\d_])")
 _POWER = re.compile(r"(?<=[^\W\d_])([234])(?!\w)")
+_SUPERSCRIPTS = str.maketrans({"⁻": "^-", "¹": "1", "²": "^2", "³": "^3"})
 _TO = r"(?:\^?[234])?"
 _TOGETHER = re.compile(rf"\b(?:([kmM]?N)(?=[a-z])([cm]?m{_TO})?(s{_TO})?|([km]?g|t)([cm]?m{_TO}))(?!\w)")
 # Pint computes powers of powers, however long that takes.
@@ -129,6 +132,10 @@ def _parse(raw_value: object, si: str, long_name: str) -> float:
             raise FieldError(f"{requirement}; this one is too large", code="limits") from None
     split = _NUMBER.fullmatch(raw_value)
     unit = split[2].strip() if split else ""
+    if len(unit) > _LONGEST:  # patterns below would take a square of its length
+        raise FieldError(
+            f"{requirement}; {unit[:_LONGEST]!r} is not a known unit: it has more than {_LONGEST} characters", code="unknown-unit"
+        )
     if split is None or (unit not in ("", si) and not _UNIT.fullmatch(unit) and _logger_factor(unit, si) is None):
         raise FieldError(
             f"{requirement}; this cannot be read as a number and a unit ({_remedy(raw_value, si)})", code="no-quantity"
@@ -164,6 +171,11 @@ def _factor(unit: str, si: str, requirement: str) -> float:
                 f"{requirement}; {unit_text[:_LONGEST]!r} is not a known unit: a power in a unit is a number below 100",
                 code="unknown-unit",
             )
+    if _TURNS_BELOW.search(plain):
+        raise FieldError(
+            f"{requirement}; {unit!r} does not say whether turns or radians: write rpm or rad/s below the stroke",
+            code="unclear-unit",
+        )
     return _pint_factor(unit, plain, si, requirement)
 
 
@@ -182,12 +194,16 @@ def _pint_factor(unit: str, plain: str, si: str, requirement: str) -> float:
         # Pint's parser raises whatever Python's tokenizer does on a malformed string; to the user it is one error.
         raise FieldError(f"{requirement}; {unit!r} is not a known unit", code="unknown-unit") from None
     try:
-        factor = float(_registry().Quantity(1.0, pint_unit).to(si or "dimensionless").magnitude)
+        factor, thrice = (
+            float(_registry().Quantity(size, pint_unit).to(si or "dimensionless").magnitude) for size in (1.0, 3.0)
+        )
     except pint_.DimensionalityError:
         raise FieldError(f"{requirement}; this one is {article(_dimension(pint_unit))}", code="dimension") from None
     except Exception:
+        factor, thrice = 1.0, math.nan
+    if not math.isclose(thrice, 3 * factor):
         reason = f"{unit!r} has an offset or a logarithmic scale, which cannot be used here"
-        raise FieldError(f"{requirement}; {reason}", code="unknown-unit") from None
+        raise FieldError(f"{requirement}; {reason}", code="unknown-unit")
     names = str(pint_unit)
     if si != "rad/s" and "hertz" in names:
         raise FieldError(
@@ -270,7 +286,7 @@ def _spelt_out(unit: str) -> str:
 
     ``Nms`` is N m s, not newton milliseconds; to Pint ``Nm`` is the fineness of a yarn, ``Grad`` 1e9 rad, ``grad`` a gradian.
     """
-    unit = _DEGREE.sub("deg", _OHM.sub(r"\1ohm", unit)).replace("²", "^2").replace("³", "^3").replace("**", "^")
+    unit = _DEGREE.sub("deg", _OHM.sub(r"\1ohm", unit)).translate(_SUPERSCRIPTS).replace("-^", "-").replace("**", "^")
     apart = _TOGETHER.sub(lambda m: " ".join(filter(None, m.groups())), _PRODUCT.sub(" ", unit))
     return _POWER.sub(r"^\1", apart)
 

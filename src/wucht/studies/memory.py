@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 FOLDER = "units"
+_HASH = 16  # hexadecimal digits of a question's hash, the name of its store
+_STORE = "[0-9a-f]" * _HASH
 _QUESTION = "question"  # attribute of a store
 _EVERY_S = 2.0  # between two writings: a kill loses only the units computed since then, and the current one
 _LARGE, _MOST = 8_000_000, 64_000_000  # bytes waiting to be written
@@ -53,9 +55,20 @@ class UnitMemory:
 
     @classmethod
     def start(cls, folder: Path, question: Mapping[str, Any]) -> UnitMemory:
-        """Start an empty memory for a question: units in the folder, of this or another question, are removed."""
+        """Start an empty memory for a question: units in the folder, of this or another question, are removed.
+
+        Other files in a folder of that name stay: it may be the user's own. Raises ``InputError`` if a file is in its place.
+        """
         _remove_leftovers(folder)
-        _remove(folder / FOLDER, folder)
+        units = folder / FOLDER
+        if units.is_file():
+            raise InputError("-o", str(folder), f"a file is in the place of the folder {FOLDER}", code="file")
+        if units.is_symlink() or not units.is_dir():  # neither is a link followed, nor a pipe waited for
+            _remove(units, folder)
+        for store in _matching_paths(units, _STORE):
+            _remove(store, folder)
+        with suppress(OSError):  # it has files of others, or is not there
+            units.rmdir()
         return cls(folder, question)
 
     @classmethod
@@ -153,7 +166,7 @@ def stored_questions(folder: Path) -> list[dict[str, Any]]:
 
 
 def _store(folder: Path, question: Mapping[str, Any]) -> Path:
-    return folder / FOLDER / sha256(json.dumps(question, sort_keys=True).encode()).hexdigest()[:16]
+    return folder / FOLDER / sha256(json.dumps(question, sort_keys=True).encode()).hexdigest()[:_HASH]
 
 
 def _matching_paths(folder: Path, pattern: str) -> list[Path]:
