@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,10 @@ MINUTES = ('until = "0.5 s"', 'until = "1000 s"\nengine = "scipy"')
 PARTIAL = ["result.partial.nc", "run-up.partial.png", "summary.partial.json", "units"]
 pytestmark = pytest.mark.usefixtures("unpainted")
 POSIX = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+
+
+def _stored_files(here: Path) -> int:
+    return sum(path.is_file() for path in (here / "out/units").rglob("*"))
 
 
 def _load(file: str | Path) -> xr.Dataset:
@@ -239,6 +244,24 @@ def test_a_full_disk_is_a_sentence(wucht: Command, study: Study, monkeypatch: py
     assert "No space left on device" in completed.err
 
 
+def test_ctrl_c_while_a_library_is_loaded(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """SciPy's integrators are loaded for the first sample: a run that stops there is no complete one of one sample."""
+
+    class Loading(ModuleType):
+        def __getattr__(self, name: str) -> Any:
+            raise KeyboardInterrupt
+
+    monkeypatch.setitem(sys.modules, "scipy.integrate", Loading("scipy.integrate"))
+    for kind in ("run-up", "coast-down"):
+        with pytest.raises(KeyboardInterrupt):
+            package.run_file(
+                "drozdetskaya-2020/r1",
+                {"study.kind": kind, "study.until": 1.0, "study.engine": "scipy"},
+                folder=tmp_path / kind,
+            )
+        assert not (tmp_path / kind / "result.nc").exists()
+
+
 def test_ctrl_c_before_the_run(wucht: Command, study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
@@ -278,7 +301,9 @@ def test_ctrl_c_on_the_process_twice_over(study: Study, here: Path) -> None:
         process = _begin("study.toml", "-o", "out", "--json", *words, cwd=here)
         assert process.stderr is not None
         assert process.stderr.readline().startswith("running")  # it says so once it takes a moment
-        time.sleep(0.5)
+        before, deadline = _stored_files(here), time.monotonic() + 60
+        while _stored_files(here) <= before + 1 and time.monotonic() < deadline:
+            time.sleep(0.05)
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=30)
         assert process.returncode == 130, err

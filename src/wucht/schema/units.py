@@ -134,7 +134,8 @@ def _parse(raw_value: object, si: str, long_name: str) -> float:
     unit = split[2].strip() if split else ""
     if len(unit) > _LONGEST:  # patterns below would take a square of its length
         raise FieldError(
-            f"{requirement}; {unit[:_LONGEST]!r} is not a known unit: it has more than {_LONGEST} characters", code="unknown-unit"
+            f"{requirement}; {unit[:_LONGEST]!r} is not a known unit: it has more than {_LONGEST} characters",
+            code="unknown-unit",
         )
     if split is None or (unit not in ("", si) and not _UNIT.fullmatch(unit) and _logger_factor(unit, si) is None):
         raise FieldError(

@@ -271,7 +271,7 @@ def run(plan: Plan, work: Work) -> Iterator[Findings]:
 def _descend(plan: SingleCoastDown, work: Work) -> Iterator[Coasting]:
     """Integrate one run; yield the record after each leg."""
     flow = compile_system(plan.machine.system, plan.spec.tolerance, plan.events, plan.spec.engine)
-    start = integrate(flow, plan.initial, plan.machine.values, np.zeros(1))
+    start = integrate(flow, plan.initial, plan.machine.values, np.zeros(1)).reraise_interrupt()
     record = Record(start_speed=plan.start_speed, stride=plan.stride, end=start, observation=plan.observer.begin())
     record = record.update(_reduce_and_observe(plan, flow, record, start))
     yield record, flow

@@ -81,7 +81,7 @@ def _beating_speed(
     compiled_system = compile_system(model.system, tolerance, (), engine)
     whole, part = span
     grid = np.append(0.0, np.linspace(whole - part, whole, _SAMPLES)) if whole > part else np.linspace(0.0, whole, _SAMPLES)
-    motion = integrate(compiled_system, model.initial, model.parameter_values, grid)
+    motion = integrate(compiled_system, model.initial, model.parameter_values, grid).reraise_interrupt()
     if motion.failure:
         return AveragedSpeed(None, reason=motion.failure)
     name = machine.rotor.name

@@ -80,7 +80,7 @@ class ObservedIntegration(Generic[ObservationT]):
 
     def begin(self, initial: np.ndarray, values: tuple[float, ...]) -> Leg[ObservationT]:
         """Return the leg that has the first sample alone."""
-        start = integrate(self.compiled_system, initial, values, np.zeros(1))
+        start = integrate(self.compiled_system, initial, values, np.zeros(1)).reraise_interrupt()
         return Leg(start, self.observer.begin(), (self.machine_motion(start),))
 
     def observation(self, leg: Leg[ObservationT]) -> ObservationT:

@@ -120,7 +120,7 @@ def closed_curve(plane: Plane, lap: Lap) -> ClosedCurve | None:
     except WuchtError:
         return None
     times = np.unique(np.concatenate([[0.0, 1.0], np.clip(lap.shares, 0.0, 1.0)])) * orbit.period
-    run = integrate(compiled_system, orbit.state, plane.numbers, times)
+    run = integrate(compiled_system, orbit.state, plane.numbers, times).reraise_interrupt()
     if run.failure is not None or not 0.5 < orbit.period / lap.period < 2:
         return None
     if np.ptp(run.states / plane.scale[:, None], axis=1).max() < _SHORTEST / 4:

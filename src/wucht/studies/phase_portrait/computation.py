@@ -341,7 +341,9 @@ def _rotor_angle(section: Section, curve: ClosedCurve) -> float:
         return abs(section.speed or 0.0) * curve.period
     system = replace(section.system, outputs=(), quadratures=(Output(_ROTOR_ANGLE, section.system.states[section.turning]),))
     ends = np.array([0.0, curve.period])
-    run_ = integrate(compile_system(system), curve.states[:, 0], section.system.values(section.values), ends)
+    run_ = integrate(
+        compile_system(system), curve.states[:, 0], section.system.values(section.values), ends
+    ).reraise_interrupt()
     if run_.failure is not None:
         raise WuchtError(run_.failure)
     return abs(float(run_.quadratures[_ROTOR_ANGLE][-1]))
