@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -94,6 +94,7 @@ class Observation:
     by periods of a prescribed vibration, followed by all bodies. Their distance is that of the main rotor's axis from its
     rest position; largest: of it. main: the main rotor over time. noise: of the integration. end_time: of the motion so far.
     common: if several rotors are free to turn, the main rotor at the mean of their angles, turn by turn.
+    further_rotors: over time, the free rotors beside the main one, by name.
     """
 
     rotors: Mapping[str, TurnRecord]
@@ -103,6 +104,7 @@ class Observation:
     largest: float = 0.0
     end_time: float = 0.0
     common: TurnRecord | None = None
+    further_rotors: Mapping[str, SpanRecord] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -163,7 +165,9 @@ class MotionObserver:
             TurnRecord(other_count) if len(self._common_shares) else None,
             TurnRecord(other_count + 1) if shaken else None,
         )
-        return Observation(rotors, vibration, SpanRecord(self.span), self.noise, common=common)
+        free = [r.name for r in self.machine.rotors if r.coordinate.prescribed_velocity is None]
+        further_rotors = {name: SpanRecord(self.span) for name in free if name != self.machine.rotor.name}
+        return Observation(rotors, vibration, SpanRecord(self.span), self.noise, common=common, further_rotors=further_rotors)
 
     def samples(self, motion: Trajectory) -> Samples:
         """Return the observed samples of the machine's motion: all bodies in their order."""
@@ -197,7 +201,10 @@ class MotionObserver:
             )
         square = float(interval_peaks(samples.time, samples.square, samples.rate).max())
         largest = max(previous.largest, math.sqrt(max(square, 0.0)))
-        return Observation(rotors, vibration, main, previous.noise, largest, float(samples.time[-1]), common)
+        further_rotors = {
+            name: record.update(samples.only_body(names.index(name))) for name, record in previous.further_rotors.items()
+        }
+        return Observation(rotors, vibration, main, previous.noise, largest, float(samples.time[-1]), common, further_rotors)
 
 
 def speed_at_largest(machine: Machine, observation: Observation) -> float | None:

@@ -14,7 +14,7 @@ from wucht.dynamics.verdicts.observation import Observation
 from wucht.dynamics.verdicts.outcomes import AT_REST, FEWEST_TURNS, Evidence
 from wucht.machines.machine import Machine
 from wucht.numerics.observers.projection import AHEAD, SHARE, Course, project, trend, windows_of
-from wucht.numerics.observers.records import Blocks
+from wucht.numerics.observers.records import Blocks, SpanRecord
 
 REASON_COASTING = "the rotor coasts ever more slowly, and does not stop"
 _VISIBLE_FALL = 0.998  # of the speed, from the first to the last window: the law of its fall is visible below
@@ -92,8 +92,27 @@ def swing_of(machine: Machine, observation: Observation, is_held: bool = False) 
     in_place = place.width < _ELSEWHERE and not turning
     is_braked = to_and_fro and in_place and is_only_braked(machine, float(windows.max()))
     ends = (is_braked and _dies_out(sizes)) or (is_held and bool(sizes[-1] <= AT_REST))
+    if not is_only_braked(machine, float(windows.max())) and not all(map(_lasts, _standing(observation))):
+        # A drive that feeds the swing of one rotor may turn it over, which changes that of the main one.
+        return Swing((0.0, 1.0), 0.0)
     bounds = (0.0, 0.0) if ends else _bounds(sizes, to_and_fro)
     return Swing(bounds, _run_factor(sizes, _SMALL * _FALLS if is_braked else AT_REST))
+
+
+def _standing(observation: Observation) -> list[SpanRecord]:
+    """The records of the other rotors that never turned."""
+    return [record for name, record in observation.further_rotors.items() if observation.rotors[name].turns < 1]
+
+
+def _lasts(record: SpanRecord) -> bool:
+    """True if a rotor is at rest, or swings without change."""
+    whole, half = record.last(1.0), record.last(0.5)
+    speeds = np.maximum(np.abs(whole.least_speed), np.abs(whole.greatest_speed))
+    windows, largest = windows_of(speeds), float(speeds.max(initial=0.0))
+    if not windows.size or not largest:
+        return True
+    sizes = windows.max(axis=1) / largest
+    return bool(sizes[-1] <= AT_REST) or _bounds(sizes, bool(half.greatest_speed.max() > 0 > half.least_speed.min()))[0] > 0
 
 
 def run_factor_until_swinging(observation: Observation) -> float:
