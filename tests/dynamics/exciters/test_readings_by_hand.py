@@ -153,7 +153,8 @@ def test_the_mean_of_a_beat_is_signed_and_leaves_the_way_there_out(
 
     def integrate(flow: Any, initial: Any, values: Any, grid: np.ndarray) -> Any:
         grids.append(grid)
-        return SimpleNamespace(failure=None, time=grid, states=None, final_parameter_values=None)
+        motion = SimpleNamespace(failure=None, time=grid, states=None, final_parameter_values=None)
+        return SimpleNamespace(reraise_interrupt=lambda: motion)
 
     evaluate = SimpleNamespace(
         of=lambda system, outputs, names: lambda time, *_: {names[0]: np.where((time == 0.0) & (part < 10.0), 900.0, 60.0)}

@@ -65,5 +65,6 @@ def test_where_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     model = SimpleNamespace(system=None, initial=None, parameter_values=None)
     monkeypatch.setattr(module, "slow_model", lambda *_: model)
     monkeypatch.setattr(module, "compile_system", lambda *_: None)
-    monkeypatch.setattr(module, "integrate", lambda *_: SimpleNamespace(failure="it burst"))
+    motion = SimpleNamespace(reraise_interrupt=lambda: SimpleNamespace(failure="it burst"))
+    monkeypatch.setattr(module, "integrate", lambda *_: motion)
     assert averaged_speed(MACHINE, 95.0, True, np.empty(0), (1.0, 1.0), 1e-10, None) == AveragedSpeed(None, reason="it burst")

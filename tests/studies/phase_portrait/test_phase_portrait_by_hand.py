@@ -217,7 +217,8 @@ def test_the_angle_of_the_rotor_in_a_period_is_positive(monkeypatch: pytest.Monk
     def integrate(compiled: Any, state: np.ndarray, values: Any, ends: np.ndarray) -> Any:
         (quadrature,) = compiled.quadratures
         given.extend([str(quadrature.expression), state.tolist(), ends.tolist()])
-        return SimpleNamespace(failure=None, quadratures={"turned": np.array([0.0, -12.0])})
+        motion = SimpleNamespace(failure=None, quadratures={"turned": np.array([0.0, -12.0])})
+        return SimpleNamespace(reraise_interrupt=lambda: motion)
 
     monkeypatch.setattr(computation, "compile_system", lambda system: system)
     monkeypatch.setattr(computation, "integrate", integrate)
