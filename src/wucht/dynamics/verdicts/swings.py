@@ -14,7 +14,7 @@ from wucht.dynamics.verdicts.observation import Observation
 from wucht.dynamics.verdicts.outcomes import AT_REST, FEWEST_TURNS, Evidence
 from wucht.machines.machine import Machine
 from wucht.numerics.observers.projection import AHEAD, SHARE, Course, project, trend, windows_of
-from wucht.numerics.observers.records import Blocks, SpanRecord
+from wucht.numerics.observers.records import Blocks, SpanRecord, Spans
 
 REASON_COASTING = "the rotor coasts ever more slowly, and does not stop"
 _VISIBLE_FALL = 0.998  # of the speed, from the first to the last window: the law of its fall is visible below
@@ -80,12 +80,12 @@ def swing_of(machine: Machine, observation: Observation, is_held: bool = False) 
     is_held: it never turned, and weight or load hold it against its drive: once at rest it stays so.
     """
     whole, half = observation.main.last(1.0), observation.main.last(0.5)
-    speeds = np.maximum(np.abs(whole.least_speed), np.abs(whole.greatest_speed))
+    speeds = _largest_speeds(whole)
     windows = windows_of(speeds)
     if not windows.size or half.greatest_angle.max() - half.least_angle.min() > 2 * math.pi:
         return None
     # A rotor that does not swing, but creeps, will stop or begin to turn.
-    to_and_fro = bool(half.greatest_speed.max() > 0 > half.least_speed.min())
+    to_and_fro = _turns_back(half)
     sizes = windows.max(axis=1) / speeds.max()
     turning = any(r.turns >= 1 for name, r in observation.rotors.items() if name != machine.rotor.name)
     place = project(windows_of(whole.angle).mean(axis=1), AHEAD, _IN_PLACE)
@@ -99,6 +99,16 @@ def swing_of(machine: Machine, observation: Observation, is_held: bool = False) 
     return Swing(bounds, _run_factor(sizes, _SMALL * _FALLS if is_braked else AT_REST))
 
 
+def _largest_speeds(spans: Spans) -> np.ndarray:
+    """The largest speed (N,) in each span, whichever way the rotor turns."""
+    return np.asarray(np.maximum(np.abs(spans.least_speed), np.abs(spans.greatest_speed)))
+
+
+def _turns_back(spans: Spans) -> bool:
+    """True if a rotor turned both ways."""
+    return bool(spans.greatest_speed.max() > 0 > spans.least_speed.min())
+
+
 def _standing(observation: Observation) -> list[SpanRecord]:
     """The records of the other rotors that never turned."""
     return [record for name, record in observation.further_rotors.items() if observation.rotors[name].turns < 1]
@@ -107,19 +117,19 @@ def _standing(observation: Observation) -> list[SpanRecord]:
 def _lasts(record: SpanRecord) -> bool:
     """True if a rotor is at rest, or swings without change."""
     whole, half = record.last(1.0), record.last(0.5)
-    speeds = np.maximum(np.abs(whole.least_speed), np.abs(whole.greatest_speed))
+    speeds = _largest_speeds(whole)
     windows, largest = windows_of(speeds), float(speeds.max(initial=0.0))
     if not windows.size or not largest:
         return True
     sizes = windows.max(axis=1) / largest
-    return bool(sizes[-1] <= AT_REST) or _bounds(sizes, bool(half.greatest_speed.max() > 0 > half.least_speed.min()))[0] > 0
+    return bool(sizes[-1] <= AT_REST) or _bounds(sizes, _turns_back(half))[0] > 0
 
 
 def run_factor_until_swinging(observation: Observation) -> float:
     """Return the run, as a multiple of the run so far, until a main rotor that turns over now and then only swings, as its
     largest speeds fall; 0: they do not."""
     whole = observation.main.last(1.0)
-    speeds = np.maximum(np.abs(whole.least_speed), np.abs(whole.greatest_speed))
+    speeds = _largest_speeds(whole)
     windows = windows_of(speeds)
     return (
         _run_factor(windows.max(axis=1) / speeds.max(), _SMALL * _FALLS)
