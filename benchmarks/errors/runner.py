@@ -1,8 +1,8 @@
 """``python -m benchmarks errors [NUMBER...] [--slow] [-- PYTEST...]``: which test notices each error of this folder first.
 
 Each error is put into a worktree of its own, of HEAD or another commit, and the tests are run there as ``make test`` runs them,
-until one fails: those of the changed file's folder first. A test that fails without the error, too, or not by itself, does not
-count.
+until one fails: those that bear the changed file's name first, then those of its folder. A test that fails without the error,
+too, or not by itself, does not count.
 ``table.csv`` has a row for each error and kind of tests; a row is kept as long as its error and what is tested are the same.
 ``--slow`` runs the slow tests for errors that the others do not notice. With arguments for pytest (files, ``-k``), in the place
 of all tests, the row is one of its own.
@@ -88,12 +88,16 @@ class Tests:
         return shlex.join(self.chosen) or self.kind
 
     def stages(self, error: WrittenError, tree: Path) -> list[list[str]]:
-        """Return the arguments of each run: the tests of the changed file's folder alone, then all others."""
+        """Return the arguments of each run: the tests that bear the changed file's name, those of its folder, all others."""
         kind = ["-m", _KINDS[self.kind]]
         if self.chosen:
             return [[*self.chosen, *([] if "-m" in self.chosen else kind)]]
-        near = _tests_near(error.file, tree)
-        return [[*kind, *near], [*kind, *(f"--ignore={path}" for path in near)]] if near else [kind]
+        stages, before = list[list[str]](), list[str]()
+        for paths in (_tests_called_like(error.file, tree), _tests_of_folder(error.file, tree)):
+            if paths:
+                stages.append([*kind, *paths, *before])
+                before += [f"--ignore={path}" for path in paths]
+        return [*stages, [*kind, *before]]
 
     def run(self, tree: Path, words: list[str]) -> subprocess.CompletedProcess[str]:
         """Run pytest in a tree, as the Makefile does. Raises ``TimeoutExpired``."""
@@ -109,14 +113,17 @@ class Tests:
         )  # fmt: skip
 
 
-def _tests_near(file: str, tree: Path) -> list[str]:
-    """Return the tests that mirror a file's folder, or else those that bear the file's name."""
+def _tests_called_like(file: str, tree: Path) -> list[str]:
+    """Return the tests that bear a file's name."""
+    return sorted(str(path.relative_to(tree)) for path in (tree / "tests").rglob(f"test_{Path(file).stem}*.py"))
+
+
+def _tests_of_folder(file: str, tree: Path) -> list[str]:
+    """Return the folder of tests that mirrors a file's, if there is one."""
     folder = Path(file).relative_to("src/wucht").parent
     while folder.name and not (tree / "tests" / folder).is_dir():
         folder = folder.parent
-    if folder.name:
-        return [str(Path("tests") / folder)]
-    return sorted(str(path.relative_to(tree)) for path in (tree / "tests").rglob(f"test_{Path(file).stem}*.py"))
+    return [str(Path("tests") / folder)] if folder.name else []
 
 
 def _git(*words: str) -> str:
