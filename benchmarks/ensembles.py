@@ -27,7 +27,7 @@ from wucht.dynamics.sampling.ensemble_equations import Variants, member_equation
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.numerics.flow.heyoka_engine import translation
+from wucht.numerics.flow.heyoka_compilation import translation
 from wucht.numerics.flow.program import lower
 from wucht.studies.basin.computation import prepare
 from wucht.studies.basin.spec import Basin
