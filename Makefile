@@ -8,7 +8,7 @@ WORKERS ?= 2
 # What is compiled is kept for the next start, whatever the shell says: the tests start many processes.
 PYTEST = PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile
 
-.PHONY: demo test test-slow test-web test-without-heyoka lint docs numbers pictures bench errata clean
+.PHONY: demo test test-slow test-web lint docs numbers pictures bench errata clean
 
 $(STAMP): pyproject.toml constraints.txt hatch_build.py $(wildcard src/wucht/web/*.ts src/wucht/web/*.css src/wucht/web/*.json)
 	$(PYTHON) -c 'import sys; sys.exit("wucht needs Python 3.11 or newer; give one: make PYTHON=python3.11 ...") if sys.version_info < (3, 11) else None'
@@ -31,18 +31,6 @@ test-web: $(STAMP)
 	$(BIN)/python -c 'import shutil, sys; sys.exit(not any(map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))))' || $(BIN)/playwright install chromium-headless-shell
 	$(BIN)/wucht share drozdetskaya-2020/r1 -o build/machine.html  # where the page was not built, its tests would be skipped
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest tests/web tests/cli/test_share.py
-
-# As on Windows and macOS, where PyPI has no heyoka: another environment, from which it is uninstalled.
-WITHOUT := .venv-without-heyoka
-
-$(WITHOUT)/.installed: pyproject.toml constraints.txt
-	$(PYTHON) -m venv $(WITHOUT)
-	$(WITHOUT)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test]'
-	$(WITHOUT)/bin/python -m pip uninstall --quiet --yes heyoka
-	touch $@
-
-test-without-heyoka: $(WITHOUT)/.installed
-	PYTHONDONTWRITEBYTECODE= $(WITHOUT)/bin/python -m pytest -n $(WORKERS) --dist loadfile -m "not slow"
 
 lint: $(STAMP)
 	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy
@@ -71,4 +59,4 @@ bench: $(STAMP)
 	$(BIN)/python -m benchmarks
 
 clean:
-	rm -rf $(VENV) $(WITHOUT) build demo results .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) build demo results .pytest_cache .mypy_cache .ruff_cache .hypothesis

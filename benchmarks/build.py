@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 _SCRIPT = """
 import sys, time
-import heyoka, sympy
+import sympy
 from wucht.files.building import machine_from
 from wucht.numerics.flow.compiled_system import compile_system
 n = int(sys.argv[1])

@@ -22,13 +22,12 @@ from statistics import median
 from typing import Literal
 
 import numpy as np
+from tests.reference_integrators import taylor_equations
 
 from wucht.dynamics.sampling.ensemble_equations import Variants, member_equations, parameters_of
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.numerics.flow.heyoka_compilation import translation
-from wucht.numerics.flow.program import lower
 from wucht.studies.basin.computation import prepare
 from wucht.studies.basin.spec import Basin
 from wucht.studies.runner import run
@@ -131,11 +130,8 @@ def _by_hand(case: Case, times: np.ndarray, threads: int) -> Callable[[], object
     begun, _ = plan.starts(0, np.arange(case.cells**2))
     equations, variants = member_equations(plan.question, begun[:, 0]), Variants.from_values(case.machine, {}, begun.shape[1])
     system, starts = equations.system, equations.starts(begun, variants)
-    program, width = lower(system, system.derivatives), 2 * hy.recommended_simd_size()
-    variables, translate = translation(program)
-    right = list(zip(variables, translate.program(program.lines, program.results), strict=True))
-    original = hy.taylor_adaptive_batch(right, np.zeros((len(variables), width)), tol=_TOLERANCE)
-    original.pars[:] = program.constant_values(parameters_of(system, variants)[0])[:, None]
+    right, width = taylor_equations(system, parameters_of(system, variants)[0]), 2 * hy.recommended_simd_size()
+    original = hy.taylor_adaptive_batch(right, np.zeros((len(right), width)), tol=_TOLERANCE)
     integrators, grid = [copy.deepcopy(original) for _ in range(threads)], np.repeat(times[:, None], width, axis=1)
 
     def part(thread: int) -> None:

@@ -23,7 +23,7 @@ from wucht.system import System
 
 _SCRIPT = """
 import time
-import heyoka, sympy
+import sympy
 from wucht.files.building import machine_from
 from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.numerics.flow.compiled_system import compile_system

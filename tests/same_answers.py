@@ -24,7 +24,7 @@ import tempfile
 import tomllib
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +35,7 @@ from tests.answering import ANSWER, DRAWN, OUT, RESUMED
 _ROOT = Path(__file__).parents[1]
 _KEPT = _ROOT / "build" / "same-answers"
 _EXPECTED = Path(__file__).with_suffix(".toml")
-_LEFT_OUT = frozenset({"created", "elapsed_s", "versions", "version", "lines", "checksums"})  # checksums: of these as well
+LEFT_OUT = frozenset({"created", "elapsed_s", "versions", "version", "lines", "checksums"})  # checksums: of these as well
 _HOSTILE = 60  # study files with errors
 _TIMED = re.compile(r'to go, at the pace|^running |^  "elapsed_s": ')  # lines that depend on the machine's speed
 _ANSWERING = Path(__file__).with_name("answering.py")
@@ -62,10 +62,12 @@ class Case:
 
 @dataclass(frozen=True)
 class Tree:
-    """A source tree. hash: git's, of the folder src. answers: the name of the folder of its answers."""
+    """A source tree. hash: git's, of the folder src. answers: the name of the folder of its answers. is_fused: whether machine
+    code may compute a product and a sum in one instruction."""
 
     hash: str
     answers: str = "answers"
+    is_fused: bool = True
 
     @classmethod
     def of(cls, commit: str | None) -> Tree:
@@ -99,7 +101,7 @@ class Tree:
         if not (folder / ANSWER).exists():
             shutil.rmtree(folder, ignore_errors=True)
             folder.mkdir(parents=True)
-            question = {"kind": case.kind, "file": case.file, "words": case.words, "is_interrupted": case.is_interrupted}
+            question = asdict(case) | {"is_fused": self.is_fused}
             process = subprocess.run(
                 [sys.executable, str(_ANSWERING), json.dumps(question)],
                 cwd=folder,
@@ -114,7 +116,11 @@ class Tree:
         return folder
 
     def _environment(self) -> dict[str, str]:
-        own = {"PYTHONPATH": str(self.folder / "src"), "WUCHT_CACHE_DIR": str(self.folder / "cache"), "MPLBACKEND": "Agg"}
+        own = {
+            "PYTHONPATH": str(self.folder / "src"),
+            "WUCHT_CACHE_DIR": str(self.folder / ("cache" if self.is_fused else "cache-unfused")),
+            "MPLBACKEND": "Agg",
+        }
         return os.environ | own | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "COLUMNS": "132", "PYTHONHASHSEED": "0"}
 
 
@@ -144,14 +150,14 @@ def cases() -> Iterator[Case]:
         written = hostile_files.case(seed)
         file = hostile / f"hostile-{seed}.toml"
         file.write_bytes(written.text)
-        yield Case("hostile", str(file), tuple(written.words))
+        yield Case("hostile", f"../../../{hostile.name}/{file.name}", tuple(written.words))  # from the folder of an answer
 
 
 def differences(base: Path, new: Path) -> Iterator[str]:
     """What two answers, each a folder, have not in common: a line each."""
     given, other = (json.loads((folder / ANSWER).read_text(encoding="utf-8"))["given"] for folder in (base, new))
     for key in given | other:
-        if _without_times(given.get(key)) != _without_times(other.get(key)):
+        if without_times(given.get(key)) != without_times(other.get(key)):
             yield f"{key}: {_short(given.get(key), other.get(key))}"
     summaries = (_json(folder / OUT / "summary.json") for folder in (base, new))
     yield from (f"summary{d}" for d in _values_that_differ(*summaries))
@@ -164,7 +170,7 @@ def differences(base: Path, new: Path) -> Iterator[str]:
                     yield f"figure {key}"
 
 
-def _without_times(value: Any) -> Any:
+def without_times(value: Any) -> Any:
     return [line for line in value if not _TIMED.search(line)] if isinstance(value, list) else value
 
 
@@ -183,7 +189,7 @@ def _json(path: Path) -> Any:
 def _values_that_differ(a: Any, b: Any, path: str = "") -> Iterator[str]:
     if isinstance(a, dict) and isinstance(b, dict):
         for key in a | b:
-            if key not in _LEFT_OUT:
+            if key not in LEFT_OUT:
                 yield from _values_that_differ(a.get(key), b.get(key), f"{path}/{key}")
     elif repr(a) != repr(b):
         yield f"{path}: {a!r:.200} != {b!r:.200}"

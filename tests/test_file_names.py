@@ -48,7 +48,7 @@ def test_a_study_file_called_by_dots_alone_is_kept_in_no_folder_above() -> None:
 
 
 def test_tables_stay_in_their_folder_and_begin_no_formula(tmp_path: Path) -> None:
-    result = run_file("drozdetskaya-2020/r1", {"study.until": 0.2, "study.engine": "scipy"})
+    result = run_file("drozdetskaya-2020/r1", {"study.until": 0.2})
     result.attrs["study"] = "../../x"
     folder = tmp_path / "a" / "b"
     folder.mkdir(parents=True)

@@ -34,7 +34,7 @@ from wucht.earlier_names import provide_earlier_names
 
 __version__ = "0.2.0"
 
-# SymPy, heyoka and xarray take seconds to import: a name of __init__.pyi is loaded when it is first used.
+# SymPy and xarray take seconds to import: a name of __init__.pyi is loaded when it is first used.
 _first_used, _, _names = lazy_loader.attach_stub(__name__, __file__)
 
 __all__ = ["__version__", *_names]  # noqa: PLE0604

@@ -47,6 +47,25 @@ _ATTRIBUTES = {
     "SpecialEquilibrium": {"u": "unknowns", "parameters": "parameter_values"},  # Fold, HopfPoint
     "Trajectory": {"parameters": "final_parameter_values"},
 }
+_ENGINES = {"heyoka": "compiled", "scipy": "compiled", "scipy-radau": "radau"}
+
+
+def _available_engine(is_interrupted: bool = False) -> str:
+    return "compiled"
+
+
+# What has no successor, and why.
+_REMOVALS: dict[str, tuple[Any, str]] = {
+    "wucht.numerics.flow.available_engine": (_available_engine, "there is one engine, 'compiled'"),
+}
+
+
+def present_engine(name: str) -> str:
+    """Return the present name of an engine; an earlier one gives a warning, to users of files as well."""
+    if name not in _ENGINES:
+        return name
+    _warn(f"the engine {name!r}", repr(_ENGINES[name]), FutureWarning)
+    return _ENGINES[name]
 
 
 def provide_earlier_names(module_name: str) -> None:
@@ -60,6 +79,10 @@ def provide_earlier_names(module_name: str) -> None:
             _warn(earlier, _NAMES[earlier])
             place, _, present_name = _NAMES[earlier].rpartition(".")
             return getattr(import_module(place), present_name)
+        if earlier in _REMOVALS:
+            value, reason = _REMOVALS[earlier]
+            warn(f"{earlier} is no longer needed: {reason}; it will be gone in wucht 0.3.0", DeprecationWarning, stacklevel=2)
+            return value
         if present is None:
             raise AttributeError(f"module {module_name!r} has no attribute {name!r}")
         return present(name)
@@ -85,5 +108,5 @@ class _EarlierAttribute:
         return getattr(owner if instance is None else instance, self._successor)
 
 
-def _warn(name: str, successor: str) -> None:
-    warn(f"{name} is now {successor}; the earlier name will be gone in wucht 0.3.0", DeprecationWarning, stacklevel=3)
+def _warn(name: str, successor: str, category: type[Warning] = DeprecationWarning) -> None:
+    warn(f"{name} is now {successor}; the earlier name will be gone in wucht 0.3.0", category, stacklevel=3)

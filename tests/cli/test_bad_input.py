@@ -137,7 +137,7 @@ VALUES = {
     "inertia": (UNTIL, f'{UNTIL}\nmodel = "both"\ninertia = 1', "study.inertia", "given 1", "true or false"),
     "inertia of the full model": (UNTIL, f"{UNTIL}\ninertia = true", "study.inertia", "'slow' or 'both'"),
     "models": (UNTIL, f'{UNTIL}\nmodel = ["full", "slow"]', "study.model", "must be 'full'"),
-    "engine": (UNTIL, f'{UNTIL}\nengine = "heyokka"', "study.engine", "given 'heyokka'", "'heyoka', 'compiled', 'scipy'"),
+    "engine": (UNTIL, f'{UNTIL}\nengine = "heyokka"', "study.engine", "given 'heyokka'", "'compiled' or 'radau'"),
     # times
     "negative time": (UNTIL, "until = -1", "study.until", "given -1", "greater than 0"),
     "no time": (UNTIL, 'until = "0 s"', "study.until", "given '0 s'", "greater than 0"),

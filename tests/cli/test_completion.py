@@ -18,7 +18,7 @@ from wucht.studies.study_file import read_study
 
 Command = Callable[..., Any]
 Study = Callable[..., Path]
-HEAVY = {"numpy", "sympy", "heyoka", "xarray", "pint", "matplotlib", "pydantic", "typer", "rich"}
+HEAVY = {"numpy", "sympy", "llvmlite", "xarray", "pint", "matplotlib", "pydantic", "typer", "rich"}
 
 LINES = {
     "wucht eq": ["equations"],

@@ -28,8 +28,8 @@ Command = Callable[..., Any]
 Study = Callable[..., Path]
 Refused = Callable[..., str]
 
-LONG = ('until = "0.5 s"', 'until = "100000 s"\nengine = "scipy"')
-MINUTES = ('until = "0.5 s"', 'until = "1000 s"\nengine = "scipy"')
+LONG = ('until = "0.5 s"', 'until = "100000 s"')
+MINUTES = ('until = "0.5 s"', 'until = "1000 s"')
 PARTIAL = ["result.partial.nc", "run-up.partial.png", "summary.partial.json", "units"]
 pytestmark = pytest.mark.usefixtures("unpainted")
 POSIX = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
@@ -102,7 +102,7 @@ QUESTIONS = {
     "until": 'until = "2 s"',
     "turns": "turns = 40",
     "settled": "settled = true",
-    "scipy": 'until = "0.5 s"\nengine = "scipy"',
+    "radau": 'until = "0.5 s"\nengine = "radau"',
 }
 
 
@@ -245,7 +245,7 @@ def test_a_full_disk_is_a_sentence(wucht: Command, study: Study, monkeypatch: py
 
 
 def test_ctrl_c_while_a_library_is_loaded(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """SciPy's integrators are loaded for the first sample: a run that stops there is no complete one of one sample."""
+    """SciPy's integrator is loaded for the first sample: a run that stops there is no complete one of one sample."""
 
     class Loading(ModuleType):
         def __getattr__(self, name: str) -> Any:
@@ -256,7 +256,7 @@ def test_ctrl_c_while_a_library_is_loaded(monkeypatch: pytest.MonkeyPatch, tmp_p
         with pytest.raises(KeyboardInterrupt):
             package.run_file(
                 "drozdetskaya-2020/r1",
-                {"study.kind": kind, "study.until": 1.0, "study.engine": "scipy"},
+                {"study.kind": kind, "study.until": 1.0, "study.engine": "radau"},
                 folder=tmp_path / kind,
             )
         assert not (tmp_path / kind / "result.nc").exists()

@@ -54,7 +54,7 @@ QUESTIONS: dict[str, dict[str, tuple[str, ...]]] = {
         "direction=sideways": ("study.direction", "'both', 'up' or 'down'"),
         "jump_tolerance=1": ("study.jump_tolerance", "between"),
         "tolerance=1": ("study.tolerance", "between"),
-        "engine=x": ("study.engine", "'heyoka'"),
+        "engine=x": ("study.engine", "'compiled' or 'radau'"),
         "until=3": ("study.until", "unknown key"),
     },
     "coast-down": {
@@ -62,7 +62,7 @@ QUESTIONS: dict[str, dict[str, tuple[str, ...]]] = {
         "until=1 kg": ("study.until", "this one is a mass"),
         "start.drum.speed=0": ("study.start", "nothing turns"),
         "start=3": ("study.start", "must be a table"),
-        "engine=scipi": ("study.engine", "'scipy'"),
+        "engine=radaw": ("study.engine", "'radau'"),
         "turns=3": ("study.turns", "unknown key"),
     },
     "voltage-dip": {
@@ -221,7 +221,7 @@ def interrupted(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]
 
 
 LONG = {
-    "run-up": ("study.until=100", "study.engine=scipy"),
+    "run-up": ("study.until=100",),
     "many": ("study.until=0.1", "study.along=drive.slope", "study.values=[0.03, 0.04, 0.05]"),
     "coast-down": ("study.until=100",),
     "start-stop": ("study.until=100",),

@@ -113,11 +113,6 @@ def _pip(words: list[str]) -> None:
         assert (package, extra in extras) == ("wucht", True)
 
 
-def _environment(words: list[str]) -> None:
-    assert words[:3] == ["env", "create", "-f"]
-    assert (ROOT / words[3]).is_file()
-
-
 def _python(words: list[str]) -> None:
     if words[0] == "-m":
         assert words[1] in ("docs.site", "tests.validation.errata", "http.server")
@@ -140,7 +135,7 @@ def _cd(words: list[str]) -> None:
 
 CHECKED: dict[str, Callable[[list[str]], None]] = {
     "git": _git, "cd": _cd,
-    "wucht": _wucht, "make": _make, "pip": _pip, "conda": _environment, "python": _python, "dask": _known_to_others,
+    "wucht": _wucht, "make": _make, "pip": _pip, "python": _python, "dask": _known_to_others,
     "openssl": _known_to_others,
 }  # fmt: skip
 

@@ -36,7 +36,7 @@ OWN = [name for name in names() if "system" in read_toml(FOLDER / f"{name}.toml"
 @pytest.mark.parametrize("name", OWN)
 def test_every_system(name):
     own = load_equations(name)
-    run = integrate(compile_system(own.system, engine="scipy"), [0.3, 0.2], own.values, np.linspace(0, 0.01, 3))
+    run = integrate(compile_system(own.system), [0.3, 0.2], own.values, np.linspace(0, 0.01, 3))
     assert run.failure is None
     assert read_study(name).subject.system == own.system
 
@@ -70,10 +70,10 @@ def test_every_machine(name):
     mass = system.second_order.mass
     assert (mass - mass.T).expand().is_zero_matrix
     initial = initial_state(machine, getattr(study.spec, "start", {}))
-    run = integrate(compile_system(system, engine="scipy"), initial, machine.values, np.linspace(0, 0.01, 3))
+    run = integrate(compile_system(system), initial, machine.values, np.linspace(0, 0.01, 3))
     assert run.failure is None
     assert np.isfinite(run.end_state).all()
-    outputs = compile_system(system, engine="scipy").outputs(run.time, run.states, run.final_parameter_values)
+    outputs = compile_system(system).outputs(run.time, run.states, run.final_parameter_values)
     assert all(np.isfinite(v).all() for v in outputs.values())
 
 

@@ -33,7 +33,7 @@ def test_bodies_at_rest_push_with_their_weight():
     run = integrate(flow, hanging, machine.values, np.linspace(0, 1, 11))
     values = flow.outputs(run.time, run.states, run.final_parameter_values)
     assert values["bearing_force_x"] == pytest.approx(0, abs=1e-10)
-    # A step may be off by 1e-14 m, which is 1e-11 of the deflection by this weight (heyoka's rounding is a tenth of that).
+    # A step may be off by 1e-14 m, which is 1e-11 of the deflection by this weight.
     assert values["bearing_force_y"] == pytest.approx(-2.5 * 9.81, rel=1e-11)
     assert machine.system.output("bearing_force_y").long_name == "bearing force on the carrier in y"
 

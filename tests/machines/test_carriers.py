@@ -113,7 +113,7 @@ def test_static_position_by_hand_and_that_it_rests():
     balanced = [b | {"eccentricity": 0.0} for b in SCREEN["bodies"]]
     balanced[1].pop("unbalance")
     rows = moved({"carrier": SCREEN["carrier"], "bodies": balanced})
-    for d in "xyr":  # by less than a step may be off: 1e-12 of 0.01 m and of the position (heyoka's rounding is below 1e-14)
+    for d in "xyr":  # by less than a step may be off: 1e-12 of 0.01 m and of the position
         position = rows[f"carrier.{d}"]
         assert np.ptp(position) < 1e-12 * (0.01 + np.abs(position).max())
 

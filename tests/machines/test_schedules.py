@@ -116,8 +116,8 @@ def machine_with(*schedules, **parts):
     return machine_from({"carrier": CARRIER, "bodies": [DRUM], "drive": LINEAR} | parts | {"schedules": list(schedules)})
 
 
-def moved(machine, end, samples=201, start=None, engine=None):
-    flow = compile_system(machine.system, engine=engine)
+def moved(machine, end, samples=201, start=None):
+    flow = compile_system(machine.system)
     time = np.linspace(0, end, samples)
     run = integrate(flow, initial_state(machine, start or {}), machine.values, time)
     assert run.failure is None
@@ -143,13 +143,10 @@ def voltage_ramp(time, inertia=0.03, R=2.0, k=0.5, rate=20.0, end=1.5, before=0.
     return np.where(time <= end, w, final - (final - w) * np.exp(-(time - end) / tau))
 
 
-@pytest.mark.parametrize("engine", ["heyoka", "scipy"])
-def test_a_voltage_ramp(engine):
+def test_a_voltage_ramp():
     """A balanced rotor on a separately excited motor: the closed solution of a linear equation, exact at both corners."""
-    if engine == "heyoka":
-        pytest.importorskip("heyoka")
     machine = machine_with(schedule("drive.voltage", ["0.2 s", "0 V"], [1.5, 26.0]), bodies=[BALANCED], drive=DC)
-    rows = moved(machine, 4.0, engine=engine)
+    rows = moved(machine, 4.0)
     assert rows["drum.speed"] == pytest.approx(voltage_ramp(rows["time"]), abs=1e-9)
     assert rows[SCHEDULE_WORK] == pytest.approx(0.0, abs=1e-12)  # a voltage stores nothing
 
@@ -189,13 +186,10 @@ SOFTER = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", SOFTER)
-@pytest.mark.parametrize("engine", ["heyoka", "scipy"])
-def test_the_energy_of_a_support_that_softens(kind, engine):
+def test_the_energy_of_a_support_that_softens(kind):
     """What the schedule takes out is booked: with steps c x^2/2 at the moment of the step."""
-    if engine == "heyoka":
-        pytest.importorskip("heyoka")
     machine = machine_with(SOFTER[kind], bodies=[DRUM, PENDULUM])
-    rows = moved(machine, 1.5, 401, {"p": 1.0, "carrier": {"x": "3 mm"}}, engine)
+    rows = moved(machine, 1.5, 401, {"p": 1.0, "carrier": {"x": "3 mm"}})
     assert energy_gap(rows).max() < 1e-9  # at the samples at the very corners as well
     assert np.ptp(rows[SCHEDULE_WORK]) > 1e-3
 
@@ -236,16 +230,13 @@ def test_a_laundry_that_loses_water_loses_its_energy():
     assert rows[SCHEDULE_WORK][-1] < -0.01
 
 
-@pytest.mark.parametrize("engine", ["heyoka", "scipy"])
-def test_two_schedules_with_the_same_corners(engine):
+def test_two_schedules_with_the_same_corners():
     """Voltage and flux change at the same times: against the same motor in two runs, one after the other."""
-    if engine == "heyoka":
-        pytest.importorskip("heyoka")
     both = [
         schedule("drive.voltage", [0.0, 10.0], [0.7, 24.0], interpolation="steps"),
         schedule("drive.flux", [0.0, 0.5], [0.7, 0.3], interpolation="steps"),
     ]
-    rows = moved(machine_with(*both, bodies=[BALANCED], drive=DC), 2.0, 41, engine=engine)
+    rows = moved(machine_with(*both, bodies=[BALANCED], drive=DC), 2.0, 41)
     t = rows["time"]
 
     def run(start, voltage, flux, s):

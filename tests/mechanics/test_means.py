@@ -98,15 +98,12 @@ def test_refusals(expression, sentence):
     assert time.perf_counter() - begin < BEARABLE
 
 
-@pytest.mark.parametrize("engine", ["heyoka", "scipy"])
-def test_the_averaged_system_compiles(engine):
+def test_the_averaged_system_compiles():
     """x' = -a x - b x^2 by hand: x = a/((a/x_0 + b) exp(a t) - b)."""
-    if engine == "heyoka":
-        pytest.importorskip("heyoka")
     rate = epsilon * (-x / (2 + c(t)) + s(t) * x**2 / (3 + s(t)) ** 2)
     slow = averaged(System((x,), (rate,), (epsilon,)), epsilon).system
     grid = np.linspace(0, 10, 3)
-    run = integrate(compile_system(slow, engine=engine), [0.7], {"epsilon": 0.1}, grid)
+    run = integrate(compile_system(slow), [0.7], {"epsilon": 0.1}, grid)
     a, b = 0.1 / math.sqrt(3), 0.1 * math.sqrt(2) / 32
     assert run.states[0] == approx(a / ((a / 0.7 + b) * np.exp(a * grid) - b), rel=1e-6)  # the default tolerance
 

@@ -1,18 +1,8 @@
-"""The engines to test: what must hold on one holds on all."""
-
-from importlib.util import find_spec
+"""The integrators to test: what must hold of the explicit one holds of the implicit one."""
 
 import pytest
 
-HEYOKA = pytest.param("heyoka", marks=pytest.mark.skipif(not find_spec("heyoka"), reason="heyoka is not installed"))
-COMPILED = pytest.param("compiled", marks=pytest.mark.skipif(not find_spec("llvmlite"), reason="llvmlite is not installed"))
 
-
-@pytest.fixture(params=[HEYOKA, COMPILED, "scipy"])
+@pytest.fixture(params=["compiled", "radau"])
 def engine(request):
-    return request.param
-
-
-@pytest.fixture(params=[HEYOKA, COMPILED, "scipy", "scipy-radau"])
-def any_engine(request):
     return request.param

@@ -31,13 +31,13 @@ def sorted_as(multipliers, wanted):
     return np.array([rest.pop(int(np.abs(np.array(rest) - m).argmin())) for m in wanted])
 
 
-def test_a_linear_system_has_the_exponents_of_its_matrix(engine):
+def test_a_linear_system_has_the_exponents_of_its_matrix():
     """Forced by an angle of constant rate: the period is given, the angle's own multiplier is 1."""
     matrix = np.array([[0.0, 1.0], [-3.0, -0.4]])
     system = System((x, v, phi), (v, -3 * x - a * v + sp.cos(phi), b), (a, b), angles=frozenset({phi}))
     rate = 1.7
     orbit = periodic_orbit(
-        compile_system(system, engine=engine),
+        compile_system(system),
         [0.4, rate],
         [0.0, 0.0, 0.3],
         TURN / rate,
@@ -55,19 +55,19 @@ def test_a_linear_system_has_the_exponents_of_its_matrix(engine):
     assert (np.diff(np.abs(orbit.multipliers)) <= 1e-12).all()
 
 
-def test_time_may_occur_in_the_equations(engine):
+def test_time_may_occur_in_the_equations():
     """x' = -a x + cos t: x = (a cos t + sin t)/(1 + a^2), at whatever time one looks at it."""
     system = System((x,), (-a * x + sp.cos(TIME),), (a,))
-    orbit = periodic_orbit(compile_system(system, engine=engine), {"a": 0.3}, [0.0], TURN, [0], free_period=False, time=1.0)
+    orbit = periodic_orbit(compile_system(system), {"a": 0.3}, [0.0], TURN, [0], free_period=False, time=1.0)
     assert orbit.state[0] == pytest.approx((0.3 * math.cos(1) + math.sin(1)) / 1.09, abs=1e-11)
     assert orbit.multipliers[0].real == pytest.approx(math.exp(-0.3 * TURN), abs=1e-11)
     assert orbit.time == 1.0
 
 
-def test_van_der_pol(engine):
+def test_van_der_pol():
     """The period is known to 29 digits; the multiplier is exp of the mean divergence 1 - x^2."""
     system = System((x, v), (v, (1 - x**2) * v - x))
-    orbit = periodic_orbit(compile_system(system, engine=engine), [], [2.0, 0.0], 6.5, [0, 0], phase_state=1)
+    orbit = periodic_orbit(compile_system(system), [], [2.0, 0.0], 6.5, [0, 0], phase_state=1)
     assert orbit.period == pytest.approx(6.6632868593231301896996820305, abs=1e-9)
     run = solve_ivp(
         lambda t, s: [s[1], (1 - s[0] ** 2) * s[1] - s[0], 1 - s[0] ** 2], (0, orbit.period), [*orbit.state, 0],
@@ -77,7 +77,7 @@ def test_van_der_pol(engine):
     assert orbit.nontrivial(1).real == pytest.approx([math.exp(run.y[2, -1])], abs=1e-9)
 
 
-def test_two_coupled_pendula_that_rotate(engine):
+def test_two_coupled_pendula_that_rotate():
     """AUTO's demo ``pen`` at I = 0.4: what AUTO finds to its accuracy, and what follows from the modes to ours.
 
     They turn together: phi'' = I - eps phi' - sin phi, and the modes of a disturbance part into that of both alike and that of
@@ -86,7 +86,7 @@ def test_two_coupled_pendula_that_rotate(engine):
     g, eps, torque = 0.175, 0.1, 0.4
     rates = (v, w, torque - eps * v - sp.sin(x) + g * (y - x), torque - eps * w - sp.sin(y) + g * (x - y))
     system = System((x, y, v, w), rates, angles=frozenset({x, y}))
-    orbit = periodic_orbit(compile_system(system, engine=engine), [], [0, 0, 4, 4], TURN / 4, [TURN, TURN, 0, 0])
+    orbit = periodic_orbit(compile_system(system), [], [0, 0, 4, 4], TURN / 4, [TURN, TURN, 0, 0])
 
     def modes(t, s):
         alike, against = -math.cos(s[0]), -math.cos(s[0]) - 2 * g
@@ -161,12 +161,12 @@ def corotating():
     return psi, np.linalg.eigvals(np.vstack([np.hstack([np.zeros((3, 3)), np.eye(3)]), below]))
 
 
-def test_a_rotor_of_given_speed_on_an_isotropic_carrier(engine):
+def test_a_rotor_of_given_speed_on_an_isotropic_carrier():
     """Seen from the rotor the motion is an equilibrium; its eigenvalues give the multipliers."""
     psi, values = corotating()
     machine = machine_from(ROTOR | PRESCRIBED)
     names, guess, advance = turning(machine, SPEED)
-    flow = compile_system(machine.system, engine=engine)
+    flow = compile_system(machine.system)
     orbit = periodic_orbit(flow, machine.values, guess, TURN / SPEED, advance, free_period=False)
     state = dict(zip(names, orbit.state, strict=True))
     assert state["ball.angle"] - state["rotor.angle"] == pytest.approx(psi, abs=1e-9)
@@ -175,11 +175,11 @@ def test_a_rotor_of_given_speed_on_an_isotropic_carrier(engine):
 
 
 @pytest.mark.slow
-def test_a_drive_leaves_the_period_open(engine):
+def test_a_drive_leaves_the_period_open():
     """The speed follows from the torques: what the drive gives is lost in the carrier's dampers, mean power for mean power."""
     machine = machine_from(ROTOR | DRIVEN)
     names, guess, advance = turning(machine, 45.0)
-    flow = compile_system(machine.system, engine=engine)
+    flow = compile_system(machine.system)
     orbit = periodic_orbit(flow, machine.values, guess, TURN / 45, advance, phase_state=names.index("ball.angle"))
     speed = TURN / orbit.period
     x_, y_ = (orbit.state[names.index(f"carrier.{n}")] for n in "xy")
@@ -192,12 +192,12 @@ def test_a_drive_leaves_the_period_open(engine):
 
 
 @pytest.mark.slow
-def test_a_family_has_multipliers_1(engine):
+def test_a_family_has_multipliers_1():
     """Three balls compensate in a family of arrangements: the nearest is found, and its direction has the multiplier 1."""
     machine = with_balls(3, 2e-3, ROTOR["carrier"], 100.0)
     phases = {"b0.angle": math.pi, "b1.angle": math.acos(0.1) + 0.02, "b2.angle": -math.acos(0.1)}
     names, guess, advance = turning(machine, 100.0, phases)
-    flow = compile_system(machine.system, engine=engine)
+    flow = compile_system(machine.system)
     orbit = periodic_orbit(flow, machine.values, guess, TURN / 100, advance, free_period=False)
     state = dict(zip(names, orbit.state, strict=True))
     left = 4e-3 + 5e-3 * sum(cmath.exp(1j * (state[f"b{k}.angle"] - state["rotor.angle"])) for k in range(3))
@@ -210,13 +210,13 @@ def test_a_family_has_multipliers_1(engine):
 
 
 @pytest.mark.slow
-def test_a_family_that_gravity_breaks_is_followed_as_far_as_it_goes(engine):
+def test_a_family_that_gravity_breaks_is_followed_as_far_as_it_goes():
     """Along it the bodies creep, and Newton's method finds no motion that repeats; across it all is balanced, and decays."""
     carrier = ROTOR["carrier"] | {"stiffness": [3e4, 5e4], "damping": [600.0, 900.0], "gravity": 9.81}
     machine = with_balls(4, 2e-2, carrier, 200.0)
     phases = {f"b{k}.angle": p for k, p in enumerate([1.6, 2.4, -2.4, -1.6])}
     names, guess, advance = turning(machine, 200.0, phases)
-    flow, main = compile_system(machine.system, engine=engine), names.index("rotor.angle")
+    flow, main = compile_system(machine.system), names.index("rotor.angle")
     call = {"free_period": False, "phase_state": main}
     orbit = periodic_orbit(flow, machine.values, guess, TURN / 200, advance, left_open=2, **call)
     assert 1e-10 < orbit.residual < 1e-4
@@ -226,26 +226,26 @@ def test_a_family_that_gravity_breaks_is_followed_as_far_as_it_goes(engine):
     assert np.abs(orbit.nontrivial(3)).max() < 0.99
 
 
-def test_a_breakpoint_on_the_way_is_exact(engine):
+def test_a_breakpoint_on_the_way_is_exact():
     """Stiffness 1 to the right and 4 to the left: all motions have the period pi (1 + 1/2), the monodromy matrix is 1."""
     force = Pieces("force", (0.0,), ((0, 4, 0, 0), (0, 1, 0, 0)))
     system = System((x, v), (v, -PiecewiseCubic(x, force)))
-    flow = compile_system(system, engine=engine)
+    flow = compile_system(system)
     orbit = periodic_orbit(flow, [], [0.3, 0.7], 4.6, [0, 0], phase_state=1)
     assert orbit.period == pytest.approx(1.5 * math.pi, abs=1e-10)
     assert np.abs(orbit.monodromy - np.eye(2)).max() < 1e-9
 
 
-def test_a_jump_on_the_way_is_refused(engine):
+def test_a_jump_on_the_way_is_refused():
     system = System((x, v), (v, -PiecewiseCubic(x, step("sign", 0.0, -1.0, 1.0))))
     with rejected("jump"):
-        periodic_orbit(compile_system(system, engine=engine), [], [0.5, 0.0], 4.0, [0, 0], free_period=False)
+        periodic_orbit(compile_system(system), [], [0.5, 0.0], 4.0, [0, 0], free_period=False)
 
 
 def test_one_of_several_jumps_on_the_way_is_refused_and_none_beside_it():
     """x' = a cos t - x + h(x), h jumps at -5, 0.25 and 5: an orbit with a = 2 passes 0.25 alone, one with a = 0.25 none."""
     steps = Pieces("h", (-5.0, 0.25, 5.0), [(value, 0, 0, 0) for value in (-3.0, 0.0, 1.0, 2.0)])
-    compiled = compile_system(System((x,), (-x + a * sp.cos(TIME) + PiecewiseCubic(x, steps),), (a,)), engine="scipy")
+    compiled = compile_system(System((x,), (-x + a * sp.cos(TIME) + PiecewiseCubic(x, steps),), (a,)))
     with rejected("jump", "h"):
         periodic_orbit(compiled, [2.0], [0.5], TURN, [0], free_period=False)
     beside = periodic_orbit(compiled, [0.25], [0.1], TURN, [0], free_period=False)
@@ -301,12 +301,12 @@ def test_bad_calls(given, refusal):
         periodic_orbit(compile_system(System((x, v), (v, -x))), [], **good | given)
 
 
-def test_what_a_broken_family_gains_is_known(engine):
+def test_what_a_broken_family_gains_is_known():
     """y' = e (1 + cos phi) creeps by e T, whatever y; v' = y - v follows it. The gap is where nothing closes it: in y."""
     rate, small = 1.7, 1e-4
     system = System((phi, y, v), (b, a * (1 + sp.cos(phi)), y - v), (a, b), angles=frozenset({phi}))
     orbit = periodic_orbit(
-        compile_system(system, engine=engine), [small, rate], [0, 2.0, 2.0], TURN / rate, [TURN, 0, 0],
+        compile_system(system), [small, rate], [0, 2.0, 2.0], TURN / rate, [TURN, 0, 0],
         free_period=False, phase_state=0, left_open=1,
     )  # fmt: skip
     creep = small * TURN / rate
@@ -317,7 +317,7 @@ def test_what_a_broken_family_gains_is_known(engine):
     assert np.abs(orbit.logarithms - [0, 0, -TURN / rate]).max() < 1e-9
     with rejected("too-many-steps", "1e-10"):
         periodic_orbit(
-            compile_system(system, engine=engine), [small, rate], [0, 2.0, 2.0], TURN / rate, [TURN, 0, 0],
+            compile_system(system), [small, rate], [0, 2.0, 2.0], TURN / rate, [TURN, 0, 0],
             free_period=False, phase_state=0,
         )  # fmt: skip
 

@@ -170,10 +170,10 @@ def test_a_changed_result_is_refused_by_every_command(refused: Refused) -> None:
 
 def test_a_package_that_is_not_installed_is_noted(monkeypatch: pytest.MonkeyPatch) -> None:
     def version(name: str) -> str:
-        if name == "heyoka":
+        if name == "llvmlite":
             raise provenance.PackageNotFoundError
         return f"{name} 1"
 
     monkeypatch.setattr(provenance, "version", version)
     found = provenance.versions.__wrapped__()
-    assert (found["heyoka"], found["numpy"]) == ("not installed", "numpy 1")
+    assert (found["llvmlite"], found["numpy"]) == ("not installed", "numpy 1")

@@ -43,7 +43,7 @@ QUANTITIES = [
 
 
 def made(**more: object) -> xr.Dataset:
-    result = result_dataset(QUANTITIES, "it works", ["a warning"], ["an assumption"], engine="heyoka", **more)
+    result = result_dataset(QUANTITIES, "it works", ["a warning"], ["an assumption"], engine="compiled", **more)
     return result.assign_attrs(study="test", title="A title", dimensionless=0, finished=1)
 
 

@@ -70,8 +70,6 @@ def load_everything() -> None:
     from wucht.machines.parts import part_kinds  # noqa: F401
     from wucht.studies.registry import studies
 
-    with suppress(ImportError):
-        import heyoka  # noqa: F401
     wucht.cli.app.register()
     studies()
     xr.Dataset()

@@ -19,7 +19,7 @@ _TEXTS = (
     "", " ", "1", "NaN kg", "inf s", "1e400 kg", "1 furlong", "1,5 mm", "5 kg^9^9^9^9", "9**9**9", "1 m/s/s/s", "-3 dB",
     "1e300 rpm", "50 Hz", "1e200 N/m", "1e-300 s", "x*(", "(((((", "x" * 5000, "\u8f6c\u5b50", "\u202eabc", "a\nb",
     "\x1b[31m", "=1+1", "../../x", "/", "~", "__import__('os').system('true')", "lambda: 0", "sin(1e308)", "x**x**x",
-    "1e307 deg", "rotor", "drum", "p1", "carrier", "settled", "heyoka", "scipy", "scipy-radau", "nothing.toml", "/dev/null",
+    "1e307 deg", "rotor", "drum", "p1", "carrier", "settled", "radau", "heyoka", "scipy-radau", "nothing.toml", "/dev/null",
     "/proc/self/mem", ".", "practice/screen", "study.toml", "t", "phi",
 )  # fmt: skip
 _TABLES: tuple[Any, ...] = (

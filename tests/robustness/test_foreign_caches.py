@@ -18,12 +18,19 @@ from tests.conftest import STUDY
 from tests.interrupting import assert_same
 from tests.robustness import damage
 
+from wucht.numerics.flow.compiled.machine_code import compiled_object
 from wucht.results.output_folder import load_result
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="where the folders of a user lie is set by XDG's variables")
 NOTE = "entries that were not written with your key"
-# A unit that only Pint knows, and the engine whose machine code is pickled.
-CHANGES = {'"1e5 N/m"': '"100 kN/m"', 'until = "0.5 s"': 'until = "0.02 s"\nengine = "heyoka"'}
+CHANGES = {'"1e5 N/m"': '"100 kN/m"', 'until = "0.5 s"': 'until = "0.02 s"'}  # a unit that only Pint knows
+EXIT_CODE = 42
+# What crafted machine code is: it does anything when it is called.
+CRAFTED = f"""
+declare void @_exit(i32)
+define void @rates() {{ call void @_exit(i32 {EXIT_CODE}) ret void }}
+define void @event_values() {{ call void @_exit(i32 {EXIT_CODE}) ret void }}
+"""
 
 
 class Evil:
@@ -38,7 +45,7 @@ class Evil:
 
 def of(user: Path) -> dict[str, str]:
     """The environment of a user with these folders."""
-    environment = {k: v for k, v in os.environ.items() if k not in ("WUCHT_CACHE_DIR", "HEYOKA_CACHE_DIR")}
+    environment = {k: v for k, v in os.environ.items() if k != "WUCHT_CACHE_DIR"}
     return environment | {"XDG_CACHE_HOME": str(user / "cache"), "XDG_STATE_HOME": str(user / "state"), "HOME": str(user)}
 
 
@@ -62,13 +69,18 @@ def entries(user: Path) -> list[Path]:
 @pytest.fixture(scope="module")
 def owner(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A user who has run a study, with all caches filled, and its result."""
-    pytest.importorskip("heyoka")
     user, text = tmp_path_factory.mktemp("owner"), STUDY
     for before, after in CHANGES.items():
         text = text.replace(before, after)
     (user / "study.toml").write_text(text, encoding="utf-8")
     run(user, user / "study.toml", str(user / "result"))
     return user
+
+
+@pytest.fixture(scope="module")
+def crafted() -> bytes:
+    """An entry with crafted machine code."""
+    return b"b" + compiled_object(CRAFTED, ("rates", "event_values"))
 
 
 @pytest.fixture
@@ -82,7 +94,7 @@ def signed(path: Path, content: bytes, owner: Path) -> bytes:
     return hmac.digest(key, name.encode() + b"\0" + content, "sha256") + content
 
 
-def test_a_whole_cache_folder_of_somebody_else(here: Path, owner: Path, expected: xr.Dataset) -> None:
+def test_a_whole_cache_folder_of_somebody_else(here: Path, owner: Path, crafted: bytes, expected: xr.Dataset) -> None:
     """Unpacked from an archive: every entry of it, and the files of Pint beside them, would run a program."""
     me, target = here / "me", here / "written"
     shutil.copytree(owner / "cache", me / "cache")
@@ -94,28 +106,25 @@ def test_a_whole_cache_folder_of_somebody_else(here: Path, owner: Path, expected
     assert target.exists(), "Pint itself runs it, so that the test can fail"
     target.unlink()
     kinds = {path.name.partition("-")[0].rpartition(".")[2] for path in entries(me)}
-    assert kinds >= {"compiled_integrator", "_lower", "_source", "_pint_factor", "system"}
+    assert kinds >= {"object_file", "_stepper_file", "_lower", "_source", "_pint_factor", "system"}
     for number, path in enumerate(entries(me)):
-        path.write_bytes(signed(path, (evil, b"b" + evil, path.read_bytes()[32:])[number % 3], owner))
-    (me / "cache/heyoka").mkdir()
+        path.write_bytes(signed(path, (evil, crafted, path.read_bytes()[32:])[number % 3], owner))
     result, said = run(me, owner / "study.toml", "result")
     assert not target.exists()
     assert [NOTE in line for line in said] == [True]
     assert_same(result, expected)
-    assert list((me / "cache/heyoka").iterdir()) == [], "nor does heyoka keep its machine code there"
     assert run(me, owner / "study.toml", "again")[1] == []
 
 
-def test_who_has_the_key_can_run_programs(here: Path, owner: Path) -> None:
+def test_who_has_the_key_can_run_programs(here: Path, owner: Path, crafted: bytes) -> None:
     """So that the test above can fail: a machine code that is authenticated is loaded, whatever it does."""
-    me, target = here / "me", here / "written"
+    me = here / "me"
     for name in ("cache", "state"):
         shutil.copytree(owner / name, me / name)
-    (path,) = [p for p in entries(me) if "compiled_integrator" in p.name]
-    path.write_bytes(signed(path, b"b" + pickle.dumps(Evil(target)), owner))
+    (path,) = [p for p in entries(me) if "object_file" in p.name]
+    path.write_bytes(signed(path, crafted, owner))
     command = [sys.executable, "-m", "wucht", "run", str(owner / "study.toml"), "-o", "out"]
-    subprocess.run(command, env=of(me), capture_output=True, check=False)
-    assert target.exists()
+    assert subprocess.run(command, env=of(me), capture_output=True, check=False).returncode == EXIT_CODE
 
 
 @pytest.mark.parametrize("count", [1, pytest.param(50, marks=pytest.mark.slow)])

@@ -69,10 +69,10 @@ def test_a_worker_computes_what_it_is_given(worker: Work, monkeypatch: pytest.Mo
 
 
 def test_a_worker_with_something_else_refuses(worker: Work) -> None:
-    asked = _environment() | {"numpy": "0.1", "heyoka-of-mine": "2"}
+    asked = _environment() | {"numpy": "0.1", "package-of-mine": "2"}
     with pytest.raises(RunError) as raised:
         _compute_on_worker(pickle.dumps(half), asked, "topic", "name")
-    differ = f"numpy {_environment()['numpy']} (here 0.1), heyoka-of-mine None (here 2)"
+    differ = f"numpy {_environment()['numpy']} (here 0.1), package-of-mine None (here 2)"
     assert str(raised.value) == f"the worker tcp://w:1 has {differ}: all must have the same, for the same result"
     assert raised.value.code == "other-versions"
 

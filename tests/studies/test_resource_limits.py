@@ -50,7 +50,7 @@ def test_vibrations_that_would_never_be_over() -> None:
     stiff = load_machine(R1, {"carrier.stiffness": 1e29})
     with refused("study.until", "05 s", given=0.5):
         room.refuse_turns(RunUp(until=0.5), stiff)
-    for asked in (RunUp(until=0.5, engine="scipy-radau"), RunUp(until=0.5, model="slow"), RunUp(until=1e-5)):
+    for asked in (RunUp(until=0.5, engine="radau"), RunUp(until=0.5, model="slow"), RunUp(until=1e-5)):
         room.refuse_turns(asked, stiff)
 
 

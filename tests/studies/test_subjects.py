@@ -110,7 +110,6 @@ points = [["0 s", "100 rad/s"], ["0.2 s", "{speed} rad/s"]]
 [study]
 kind = "run-up"
 until = "0.3 s"
-engine = "scipy"
 """
     path, folder = tmp_path / "a.toml", tmp_path / "results"
     path.write_text(text.format(speed=200), encoding="utf-8")

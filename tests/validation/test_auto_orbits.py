@@ -19,7 +19,7 @@ from wucht.numerics.continuation.equations import EquilibriumEquations
 from wucht.numerics.continuation.equilibria import Equilibrium, EquilibriumContinuation
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
-from wucht.numerics.jacobian import Jacobian
+from wucht.numerics.flow.jacobian import Jacobian
 from wucht.numerics.periodic.connection_starts import connection_from_excursion
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_curves import CycleCurve

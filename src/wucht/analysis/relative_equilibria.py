@@ -25,7 +25,7 @@ from wucht.mechanics.corotating import Turning, corotating, refuse_oriented
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equations import EquilibriumEquations
 from wucht.numerics.continuation.equilibria import EquilibriumContinuation
-from wucht.numerics.jacobian import Jacobian
+from wucht.numerics.flow.jacobian import Jacobian
 from wucht.system import System
 
 _MOST_STEPS = 30

@@ -6,6 +6,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from warnings import catch_warnings
 
 from wucht.cli.options import parse_settings
 from wucht.errors import WuchtError
@@ -63,7 +64,8 @@ def _merged_settings(study: StudyFile, settings: Sequence[str], new_settings: Ma
     combination = [item for item in settings if not _is_dropped(item, left_out, spec if kind != study.spec.kind else None)]
     combination += [f"{key}={value}" for key, value in new_settings.items()]
     try:
-        following = read_study(str(study.path), parse_settings(combination))
+        with catch_warnings(action="ignore"):  # they were printed when the study was first read
+            following = read_study(str(study.path), parse_settings(combination))
         studies()[kind].prepare(following.spec, following.subject)  # which checks what depends on the machine
     except WuchtError:
         return None

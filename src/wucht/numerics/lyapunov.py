@@ -21,8 +21,8 @@ import sympy as sp
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE, compile_system
 from wucht.numerics.flow.integration import integrate
+from wucht.numerics.flow.jacobian import variational_system
 from wucht.numerics.flow.program import Numbers
-from wucht.numerics.jacobian import variational_system
 from wucht.piecewise import PiecewiseCubic
 from wucht.system import Output, System
 

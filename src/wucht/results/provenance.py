@@ -24,7 +24,7 @@ CHECKSUMS = "checksums"  # attribute of a result.nc
 _ATTRIBUTES = "its attributes"  # no variable can have this name: it has a blank
 _NO_CHECKSUMS = "unsealed"  # in the encoding of a Dataset: its file had no checksums
 _CHANGE_MESSAGE = "changed or damaged since it was written"
-_PACKAGES = ("wucht", "numpy", "scipy", "sympy", "heyoka", "llvmlite", "xarray")
+_PACKAGES = ("wucht", "numpy", "scipy", "sympy", "llvmlite", "xarray")
 
 
 def with_checksums(result: xr.Dataset) -> xr.Dataset:

@@ -340,7 +340,7 @@ def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
     half = "" if record.half_time is None else f"; the speed has halved after {record.half_time:.5g}{unit}"
     back = "" if reversal_time is None else f"; it turns back at {reversal_time:.5g}{unit}"
     assumptions = [*_carrier_assumptions(one), *_rotor_assumptions(plan), *one.bodies.assumptions(one.phases)]
-    more = {"outcome": first.outcome or "", "engine": flow.engine.name, "tolerance": flow.tolerance}
+    more = {"outcome": first.outcome or "", "engine": flow.engine_name, "tolerance": flow.tolerance}
     failure = next((run.record.end.failure for run in runs if run.record.end.failure), None)
     several = f"; the first of {len(plan.runs)} runs, one from each stable configuration" if len(plan.runs) > 1 else ""
     sentence = f"{first.ending}{half}{back}{several}"

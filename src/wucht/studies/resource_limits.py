@@ -12,6 +12,7 @@ from wucht.analysis.time_constants import highest_speed
 from wucht.errors import InputError, RunError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies
+from wucht.numerics.flow.compiled_system import RADAU
 from wucht.studies.spec import Spec
 
 BYTES = 8  # of a number
@@ -20,7 +21,6 @@ _SHARE = 0.8  # of the machine's memory; the rest is for libraries and other pro
 _MOST_TURNS = 1e9  # takes weeks to compute; the same limit holds for vibrations of the carrier, each of which takes steps, too
 _COORDINATE_S = 0.12  # to derive the equations and to compile them, for each coordinate: measured with 43 to 203 of them
 _SILENCE_S = 5.0  # at most, of which nothing is said
-_IMPLICIT = "scipy-radau"  # the engine that does not resolve decayed vibrations
 _GROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")  # limits of a container
 REMEDY = "give a shorter time, or fewer runs or points"
 
@@ -56,7 +56,7 @@ def refuse_turns(spec: Spec, subject: Any) -> None:
         return
     free = [abs(free_speed(subject, rotor) or 0.0) for rotor in subject.rotors]
     frequencies = {"turns": min(max(free), highest_speed(subject))}
-    if getattr(spec, "model", "full") != "slow" and getattr(spec, "engine", None) != _IMPLICIT:
+    if getattr(spec, "model", "full") != "slow" and getattr(spec, "engine", None) != RADAU:
         frequencies["free vibrations"] = max(natural_frequencies(subject).values(), default=0.0)
     for motion, fastest in frequencies.items():
         count = until * fastest / (2 * math.pi)

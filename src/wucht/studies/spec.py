@@ -11,7 +11,8 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, model_validator
 
-from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE, missing_package
+from wucht.earlier_names import present_engine
+from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE
 from wucht.schema import TableModel, Unit, read_quantity, unit_of
 from wucht.studies.next_question import NextQuestion
 
@@ -154,12 +155,6 @@ def _check_order(raw: tuple[float, float]) -> tuple[float, float]:
     return raw
 
 
-def _check_installed(engine: str) -> str:
-    if (package := missing_package(engine)) is not None:
-        raise ValueError(f"needs the package {package}, which is not installed; without this key the best one there is used")
-    return engine
-
-
 _quantity = _validator(lambda raw: not _is_bool(raw), "must be a number, or a string with a unit")
 _start = _validator(
     lambda raw: isinstance(raw, Mapping), "must be a table: start = { BODY = ANGLE } or { BODY = { speed = SPEED } }", dict
@@ -204,9 +199,9 @@ Tolerance = Annotated[
     Field(ge=1e-16, le=1e-2, description="tolerance of the integration"),
 ]
 Engine = Annotated[
-    Literal["heyoka", "compiled", "scipy", "scipy-radau"],
-    AfterValidator(_check_installed),
-    Field(description="engine of the integration, by default the best installed for the machine"),
+    Literal["compiled", "radau"],
+    BeforeValidator(lambda raw: present_engine(raw) if isinstance(raw, str) else raw),
+    Field(description="engine of the integration: compiled, the default, or radau for stiff equations"),
 ]
 
 __all__ = [

@@ -13,7 +13,7 @@ from wucht.numerics.flow.compiled_system import compile_system
 
 def looks(at, speed, step, vibration=0.0):
     """How often it is looked at within one step of what is stored."""
-    flow = compile_system(at.system, engine="scipy")
+    flow = compile_system(at.system)
     watched = ObservedIntegration(MotionObserver(at, 1.0, Noise.of()), flow, lambda motion: motion, vibration, 1.0)
     leg = watched.begin(initial_state(at, {"d": {"speed": speed}}), at.system.values(at.values))
     return len(watched.leg(leg, np.array([0.0, step])).pending[-1].time) - 1

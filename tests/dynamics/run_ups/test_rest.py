@@ -15,8 +15,6 @@ from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.numerics.observers.projection import windows_of
 
-pytest.importorskip("heyoka")
-
 TOLERANCES = (1e-6, 1e-9)
 REST = {Outcome.COMPENSATED, Outcome.PASSED, Outcome.CAPTURED, Outcome.ENTRAINED, Outcome.SYNCHRONISED, Outcome.STOPPED}
 COUNT = 200

@@ -10,7 +10,6 @@ import tracemalloc
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -26,8 +25,7 @@ from wucht.numerics.flow.events import Event
 from wucht.piecewise import PiecewiseCubic, interpolated_pieces
 from wucht.system import TIME, Output, System
 
-needs_heyoka = pytest.mark.skipif(not find_spec("heyoka"), reason="heyoka is not installed")
-WAYS = ["compiled", "scipy"]
+WAYS = ["compiled", "radau"]
 
 x, v, w, d, q = sp.symbols("x v w d q", real=True)
 # A damped pendulum that is pushed; with q it runs away.
@@ -136,7 +134,7 @@ def test_chunks_of_another_pace(engine: str) -> None:
     assert ends.states[:, 0] == pytest.approx(np.exp(-rates[:, 0] * ends.times), abs=1e-9)
 
 
-@pytest.mark.parametrize("engine", ["scipy", "compiled", pytest.param("heyoka", marks=needs_heyoka)])
+@pytest.mark.parametrize("engine", WAYS)
 def test_one_by_one_gives_the_same(engine: str) -> None:
     """With a right-hand side that depends on time. The engine compiled goes one by one where an event is watched."""
     members, events = drawn(5), (Event("middle", x, +1),) if engine == "compiled" else ()

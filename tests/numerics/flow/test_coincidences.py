@@ -16,7 +16,6 @@ import pytest
 import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.numerics.conftest import COMPILED
 
 from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
 from wucht.numerics.flow.events import Event
@@ -129,7 +128,7 @@ POSITIVE = st.floats(0.05, 20.0)
     acts=st.booleans(), ends=st.booleans(), borders=st.sets(NODE), samples=st.sets(NODE), inner=st.integers(0, 30),
     begin_=st.sampled_from([0.0, 100.0, 1e4]),
 )  # fmt: skip
-@pytest.mark.parametrize("engine", [COMPILED, pytest.param("scipy", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("engine", ["compiled", pytest.param("radau", marks=pytest.mark.slow)])
 def test_every_passage_counts_once(
     engine: str, y_signs: list[int], z_signs: list[int], size_: float, pace_: float, amplitude: float, scale_: float, at: int,
     ends_at: tuple[int | None, int | None], z_ends: bool, acts: bool, ends: bool, borders: set[int], samples: set[int],

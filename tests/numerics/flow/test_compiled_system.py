@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import itertools
-from importlib.util import find_spec
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 import sympy as sp
+import xarray as xr
 from tests.refusals import rejected
 
 from wucht.files.building import machine_from
-from wucht.numerics.flow.compiled_system import available_engine, compile_system
+from wucht.numerics import flow
+from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integration import integrate
-from wucht.piecewise import ABSOLUTE, PiecewiseCubic
 from wucht.system import System
 
 x, v = sp.symbols("x v", real=True)
@@ -32,15 +33,15 @@ def rotor(slope, stiffness, **more):
     )
 
 
-def test_other_values_get_the_same_flow(engine):
+def test_other_values_get_the_same_flow():
     first, other = rotor(0.02, 1e5), rotor(0.5, 2e4, bearing_damping=0.1)
     assert first.system is other.system
-    assert compile_system(first.system, engine=engine) is compile_system(other.system, engine=engine)
+    assert compile_system(first.system) is compile_system(other.system)
 
 
 def test_another_structure_gets_another_flow():
     flows = [
-        compile_system(rotor(0.02, stiffness, **body).system, engine="scipy")
+        compile_system(rotor(0.02, stiffness, **body).system)
         for stiffness, body in ((1e5, {}), ([1e5, 1e5], {}), (1e5, {"eccentricity": None, "unbalance": 0.01}))
     ]
     assert len({id(f) for f in flows}) == 3
@@ -48,43 +49,20 @@ def test_another_structure_gets_another_flow():
 
 def test_other_events_tolerance_or_engine_get_another_flow():
     flows = [
-        compile_system(SPRING, engine="scipy"),
-        compile_system(SPRING, 1e-6, engine="scipy"),
-        compile_system(SPRING, events=(Event("middle", x),), engine="scipy"),
-        compile_system(SPRING, engine="scipy-radau"),
-        compile_system(SPRING, engine="compiled"),
+        compile_system(SPRING),
+        compile_system(SPRING, 1e-6),
+        compile_system(SPRING, events=(Event("middle", x),)),
+        compile_system(SPRING, engine="radau"),
     ]
-    assert len({id(f) for f in flows}) == 5
+    assert len({id(f) for f in flows}) == 4
 
 
-def test_one_flow_many_values(any_engine):
+def test_one_flow_many_values():
     """x'' = -k x from x = 1: at t = 1, x = cos(sqrt k)."""
-    flow = compile_system(SPRING, 1e-10, engine=any_engine)
+    compiled = compile_system(SPRING, 1e-10)
     for stiffness in (1.0, 4.0, 0.25):
-        run = integrate(flow, [1.0, 0.0], {"k": stiffness}, np.array([0.0, 1.0]))
+        run = integrate(compiled, [1.0, 0.0], {"k": stiffness}, np.array([0.0, 1.0]))
         assert run.states[0, -1] == pytest.approx(np.cos(np.sqrt(stiffness)), abs=1e-9)
-
-
-def test_without_a_choice_the_best_engine_is_taken():
-    assert compile_system(SPRING).engine.name == available_engine()
-    assert available_engine() == ("heyoka" if find_spec("heyoka") else "compiled" if find_spec("llvmlite") else "scipy")
-
-
-@pytest.mark.skipif(not (find_spec("heyoka") and find_spec("llvmlite")), reason="needs both engines")
-@pytest.mark.parametrize(
-    ("system", "events", "engine"),
-    [
-        (SPRING, (), "heyoka"),
-        (SPRING, (Event("passes", x),), "heyoka"),
-        (SPRING, (Event("ends", x, terminal=True),), "compiled"),
-        (SPRING, (Event("acts", x, action=lambda time, state, parameters: (state, parameters)),), "compiled"),
-        (System((x, v), (v, -k * PiecewiseCubic(x, ABSOLUTE)), (k,)), (), "compiled"),
-    ],
-    ids=["nothing", "recorded", "terminal", "action", "breakpoint"],
-)
-def test_what_is_interrupted_is_integrated_by_the_compiled_engine(system, events, engine):
-    assert compile_system(system, events=events).engine.name == engine
-    assert compile_system(system, events=events, engine="heyoka").engine.name == "heyoka"
 
 
 def test_an_unknown_engine_is_refused():
@@ -92,17 +70,32 @@ def test_an_unknown_engine_is_refused():
         compile_system(SPRING, engine="euler")
 
 
-def test_definitions_that_use_one_another_are_never_written_out():
-    """Fifty, each a product with the one before: written out they have 2^50 terms. An angle's unit is known all the same."""
-    pytest.importorskip("heyoka")
-    from wucht.numerics.flow.heyoka_engine import state_units
+@pytest.mark.usefixtures("no_figures")
+@pytest.mark.parametrize(("earlier", "present"), [("heyoka", "compiled"), ("scipy", "compiled"), ("scipy-radau", "radau")])
+def test_an_earlier_name_of_an_engine_warns_once_and_is_the_present_one(earlier, present, wucht, study):
+    compile_system.cache_clear()
+    sentence = f"the engine '{earlier}' is now '{present}'"
+    with pytest.warns(FutureWarning, match=sentence) as by_call:
+        assert compile_system(SPRING, engine=earlier).engine_name == present
+    study('until = "0.5 s"', f'until = "0.1 s"\nengine = "{earlier}"\ntolerance = 1e-6')
+    with pytest.warns(FutureWarning, match=sentence) as by_file:
+        done = wucht("run", "study.toml", "-o", "out", "--json")
+    assert done.code == 0, done.err
+    with xr.open_dataset("out/result.nc") as result:
+        assert result.attrs["engine"] == present
+    assert len(by_call) == len(by_file) == 1
 
-    theta, omega, slip = sp.symbols("theta omega slip", real=True)
-    names = sp.symbols("d0:50", real=True)
-    chain = [(names[0], sp.sin(theta)), *((b, a * (a + omega)) for a, b in itertools.pairwise(names))]
-    twice = sp.Symbol("twice", real=True)
-    system = System(
-        (theta, omega, slip), (twice, names[-1] - omega, omega + names[-1]), (),
-        (*chain, (twice, 2 * omega)), angles=frozenset({theta, slip}),
-    )  # fmt: skip
-    assert state_units(system).tolist() == [2.0**20, 1.0, 1.0]
+
+def test_the_earlier_choice_of_an_engine_warns():
+    with pytest.warns(DeprecationWarning, match=r"available_engine is no longer needed: there is one engine, 'compiled'"):
+        assert flow.available_engine(True) == "compiled"
+
+
+def test_a_run_up_imports_no_heyoka(study):
+    code = (
+        "import sys, wucht\nfrom wucht.cli.app import run_app\nsys.argv = ['wucht', 'run', 'study.toml', '-o', 'out']\n"
+        "assert run_app() == 0\nprint('numpy' in sys.modules, 'heyoka' in sys.modules)"
+    )
+    study()
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.endswith("True False\n")

@@ -9,7 +9,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import sympy as sp
-from tests.numerics.conftest import COMPILED, HEYOKA
 
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
@@ -21,14 +20,12 @@ from wucht.system import TIME, Output, System
 x, v, k = sp.symbols("x v k", real=True)
 SPRING = System((x, v), (v, -k * x), (k,), quadratures=(Output("work", v**2),))
 DRIVEN = System((x, v), (v, PiecewiseCubic(TIME, interpolated_pieces("ramp", [1.0, 4.0], [0.0, 2.0], "linear")) - k * x), (k,))
-GRID = np.linspace(0.0, 40.0, 4001)
+GRID = np.linspace(0.0, 20.0, 2001)
 PASSING, ACTING = Event("middle", x, +1), Event("kick", x - 0.5, +1, action=lambda t, y, p: (y * [1.0, 1.01], p))
 
 
 def run(system: System, engine: str, stiffness: float, events: tuple[Event, ...] = (), **keys: object) -> Trajectory:
-    tolerance = 1e-12 if engine == "heyoka" else 1e-6
-    grid = GRID if engine == "heyoka" else GRID[:801]
-    return integrate(compile_system(system, tolerance, events, engine), [1.0, 0.0], [stiffness], grid, **keys)
+    return integrate(compile_system(system, 1e-6, events, engine), [1.0, 0.0], [stiffness], GRID, **keys)
 
 
 def same(a: Trajectory, b: Trajectory) -> bool:
@@ -92,21 +89,19 @@ def test_what_is_compiled_is_hashable_and_cannot_be_changed(engine: str) -> None
         compiled.tolerance = 1.0  # type: ignore[misc]
 
 
-@pytest.mark.parametrize("lender", [HEYOKA, COMPILED])
-def test_an_integrator_is_lent_to_one_run_at_a_time_and_used_again(lender: str) -> None:
-    engine = compile_system(SPRING, 1e-9, (PASSING,), lender).engine
-    integrators = [engine.acquire() for _ in range(3)]
+def test_an_integrator_is_lent_to_one_run_at_a_time_and_used_again(engine: str) -> None:
+    lender = compile_system(SPRING, 1e-9, (PASSING,), engine).engine
+    integrators = [lender.acquire() for _ in range(3)]
     assert len({id(i) for i in integrators}) == 3
     for integrator in integrators:
-        engine.release(integrator)
-    assert any(engine.acquire() is i for i in integrators)
+        lender.release(integrator)
+    assert any(lender.acquire() is i for i in integrators)
 
 
 STOPPING = Event("stop", x - 0.5, -1, terminal=True)
 DIVERGING = System((x, v), (x**2, k * x), (k,))
 
 
-@pytest.mark.filterwarnings("ignore:(overflow|invalid value):RuntimeWarning")  # SciPy's, of a state that grows without limit
 @pytest.mark.parametrize(
     ("system", "events"), [(SPRING, (PASSING, ACTING)), (SPRING, (STOPPING,)), (DRIVEN, ()), (DIVERGING, ())]
 )
@@ -115,7 +110,7 @@ def test_a_run_leaves_nothing_to_the_next(engine: str, system: System, events: t
 
     def once(begin: float, progress: object = None) -> Trajectory:
         compiled = compile_system(system, 1e-6, events, engine)
-        return integrate(compiled, [begin, 0.0], [1.0] * len(system.parameters), GRID[:801], progress)
+        return integrate(compiled, [begin, 0.0], [1.0] * len(system.parameters), GRID, progress)
 
     def ctrl_c(_time: float) -> None:
         raise KeyboardInterrupt

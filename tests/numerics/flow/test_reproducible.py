@@ -10,9 +10,9 @@ from wucht.numerics.flow.integration import integrate
 
 
 @pytest.mark.slow
-def test_twice_and_paused_and_continued(engine: str) -> None:
+def test_twice_and_paused_and_continued() -> None:
     machine = load_machine("practice/angle-grinder")
-    flow = compile_system(machine.system, engine=engine, tolerance=1e-10)
+    flow = compile_system(machine.system, tolerance=1e-10)
     initial, grid = initial_state(machine, {"b1": 0.1, "b2": 2.0}), np.linspace(0, 0.5, 3500)
     once, again = (integrate(flow, initial, machine.values, grid) for _ in range(2))
     assert np.array_equal(once.states, again.states)

@@ -26,7 +26,7 @@ SWITCHES = 300  # sliding has no end of them
     ],
     ids=["drift", "dry friction"],
 )
-def test_it_stays_at_the_jump(system: System, start: list[float], meeting: float, place: list[float], engine: str) -> None:
+def test_it_stays_at_the_jump(system: System, start: list[float], meeting: float, place: list[float]) -> None:
     times: list[float] = []
 
     def stop(time: float) -> None:
@@ -34,7 +34,7 @@ def test_it_stays_at_the_jump(system: System, start: list[float], meeting: float
         if len(times) > SWITCHES:
             raise KeyboardInterrupt
 
-    run = integrate(compile_system(system, engine=engine), start, {}, np.linspace(0.0, 20.0, 20_001), stop)
+    run = integrate(compile_system(system), start, {}, np.linspace(0.0, 20.0, 20_001), stop)
     assert run.is_interrupted, "it left the jump"
     assert times[-1] == pytest.approx(meeting, abs=1e-7)
     assert run.states[:, -1] == pytest.approx(place, abs=2e-3)  # at the last sample before

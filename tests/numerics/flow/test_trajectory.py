@@ -24,20 +24,20 @@ def _assert_clock(run, time):
 
 
 @pytest.mark.parametrize("cuts", [(0, 5, 10), (0, 1, 2, 9, 10), (0, 0, 3, 3, 10, 10), (0, *range(11))])
-def test_a_sample_that_two_parts_share_counts_once(engine, cuts):
-    flow, parts = compile_system(CLOCK, engine=engine), []
+def test_a_sample_that_two_parts_share_counts_once(cuts):
+    flow, parts = compile_system(CLOCK), []
     for begin, end in pairwise(cuts):
         state = parts[-1].end_state if parts else [0.0]
         parts.append(integrate(flow, state, [], GRID[begin : end + 1]))
     _assert_clock(Trajectory.of(parts), GRID)
 
 
-def test_a_part_that_begins_at_an_event_between_two_samples_keeps_all_of_its_own(engine):
+def test_a_part_that_begins_at_an_event_between_two_samples_keeps_all_of_its_own():
     stop = Event("stop", x - sp.Rational(11, 20), terminal=True)
-    first = integrate(compile_system(CLOCK, events=(stop,), engine=engine), [0.0], [], GRID)
+    first = integrate(compile_system(CLOCK, events=(stop,)), [0.0], [], GRID)
     assert first.stopped_by == "stop"
     time = np.array([first.end_time, *GRID[6:]])
-    rest = integrate(compile_system(CLOCK, engine=engine), first.end_state, [], time)
+    rest = integrate(compile_system(CLOCK), first.end_state, [], time)
     _assert_clock(first.join(rest), [*GRID[:6], *time])
 
 

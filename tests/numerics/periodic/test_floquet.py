@@ -9,7 +9,7 @@ from tests.refusals import failed
 
 from known_orbits import EVEN, PITCHFORK, X, Y, Z, placed
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.jacobian import Jacobian, variational_system
+from wucht.numerics.flow.jacobian import Jacobian, variational_system
 from wucht.numerics.orbits import periodic_orbit
 from wucht.numerics.periodic import floquet
 from wucht.numerics.periodic.cycle_starts import cycle_near

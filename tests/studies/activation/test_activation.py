@@ -72,18 +72,6 @@ def test_each_variant_is_the_run_up_of_its_machine() -> None:
 
 
 @pytest.mark.slow
-def test_another_engine_opens_them_alike() -> None:
-    """SciPy's DOP853 against heyoka's Taylor series, through opening and impacts."""
-    start, results = {"p1": 0.3, "p2": 1.5}, []
-    for engine in ("heyoka", "scipy"):
-        results.append(ask(RunUp(until="1.6 s", start=start, engine=engine), MACHINE))
-    one, other = results
-    assert float(one.slider_displacement.max()) > 0.052
-    assert other.slider_displacement.values == pytest.approx(one.slider_displacement.values, abs=1e-9)
-    assert other.speed.values == pytest.approx(one.speed.values, rel=1e-8)
-
-
-@pytest.mark.slow
 def test_an_interrupted_study_is_resumed(tmp_path: Path) -> None:
     question = Activation(until="0.2 s", orientations=[0.5, 1.0], phases=2)
     assert_same(ask(question, MACHINE), stopped_often(question, MACHINE, tmp_path, 2, 3))

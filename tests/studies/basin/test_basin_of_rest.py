@@ -7,8 +7,6 @@ from wucht.studies.basin.spec import Basin
 from wucht.studies.capture_probability.spec import CaptureProbability
 from wucht.studies.runner import run
 
-pytest.importorskip("heyoka")
-
 SERIES, SHUNT, TABLE = MACHINES[:3]
 TURN = ["0 deg", "360 deg"]
 

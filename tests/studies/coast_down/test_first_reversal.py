@@ -41,7 +41,6 @@ def own_reversal(speed: float) -> float:
 def test_a_fan_wheel_turns_back_when_it_stops(speed: float) -> None:
     """36.339 rad/s: at 24.929 s, not with the swing after next, at 51.07 s."""
     result = run(CoastDown(start={"fan": {"speed": speed}}, until=60.0), machine_from(WHEEL))
-    assert result.attrs["engine"] == "compiled"
     assert result.wucht.summary["reversal_time"] == pytest.approx(own_reversal(speed), abs=1e-6)
 
 
@@ -49,8 +48,5 @@ def test_the_reversal_does_not_depend_on_the_end_of_the_run() -> None:
     """With two rollers, whose samples lie elsewhere with each end."""
     machine = machine_from(WHEEL | {"bodies": [*WHEEL["bodies"], ROLLER | {"name": "r1"}, ROLLER | {"name": "r2"}]})
     start = {"fan": {"speed": 36.0}, "r1": 0.4, "r2": 2.5}
-    times = [
-        run(CoastDown(start=start, until=until, engine=engine), machine).wucht.summary["reversal_time"]
-        for until, engine in ((40.0, None), (47.3, None), (60.0, None), (40.0, "scipy"))
-    ]
+    times = [run(CoastDown(start=start, until=until), machine).wucht.summary["reversal_time"] for until in (40.0, 47.3, 60.0)]
     assert times == pytest.approx(times[:1] * len(times), abs=1e-6)

@@ -321,7 +321,7 @@ def test_ctrl_c_in_a_slow_run(wucht: Command, study: Study, interrupted: Callabl
 @pytest.mark.usefixtures("no_figures")
 @pytest.mark.slow
 def test_a_run_of_both_is_continued(wucht: Command, study: Study, interrupted: Callable[[int], None]) -> None:
-    words = ("run", study('until = "0.5 s"', 'until = "2 s"\nmodel = "both"\nengine = "scipy"'), "--json")
+    words = ("run", study('until = "0.5 s"', 'until = "2 s"\nmodel = "both"'), "--json")
     whole = wucht(*words, "-o", "whole").document["summary"]
     interrupted(3)
     assert wucht(*words, "-o", "out").code == 130
@@ -341,7 +341,7 @@ def test_ctrl_c_while_the_slow_run_of_both_is_under_way() -> None:
         if share > 0.91:  # the full run is nine tenths of the work
             raise KeyboardInterrupt
 
-    result = run(RunUp(until=1.0, start=START, model="both", engine="scipy"), drum(), progress=stop)
+    result = run(RunUp(until=1.0, start=START, model="both"), drum(), progress=stop)
     assert result.attrs["finished"] == 0
     assert any("interrupted" in w for w in result.wucht.warnings)
 

@@ -18,7 +18,7 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
-from wucht.numerics.jacobian import Jacobian
+from wucht.numerics.flow.jacobian import Jacobian
 from wucht.studies.runner import draw, report, run
 from wucht.studies.speed_curve.report import kinds_phrase
 from wucht.studies.speed_curve.spec import SpeedCurve

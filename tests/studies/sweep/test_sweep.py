@@ -296,13 +296,6 @@ def test_progress_grows(machine: Machine) -> None:
     assert seen[-1] == 1.0
 
 
-@pytest.mark.slow
-def test_scipy_finds_the_same(machine: Machine) -> None:
-    asked: dict[str, Any] = {"rate": 0.02, "direction": "up", "jump_tolerance": 1e-3, "tolerance": 1e-8, "engine": "scipy"}
-    (jump,) = run(Sweep(along=OMEGA_1, range=(9.0, 10.6), **asked), machine).wucht.summary["jumps"]
-    assert jump[OMEGA_1] == pytest.approx(9.8298, rel=1e-3)
-
-
 @pytest.mark.parametrize(
     ("table", "refusal"),
     [

@@ -45,7 +45,7 @@ def plan() -> Plan:
 
 @pytest.fixture(scope="module")
 def result(plan: Plan) -> xr.Dataset:
-    return dataset(plan, Findings("heyoka", ("a doubt",), RAMPS, (UP, DOWN), None, True))
+    return dataset(plan, Findings("compiled", ("a doubt",), RAMPS, (UP, DOWN), None, True))
 
 
 def test_readings_of_each_ramp_stand_beside_each_other(result: xr.Dataset) -> None:
@@ -92,7 +92,7 @@ def test_the_free_speed_over_the_range_is_that_of_the_drive(result: xr.Dataset) 
 
 def test_sentences_and_warnings_by_what_came_of_it(plan: Plan, result: xr.Dataset) -> None:
     def told(**other: Any) -> tuple[str, list[str]]:
-        made = dataset(plan, replace(Findings("heyoka", (), RAMPS, (UP,), None, True), **other))
+        made = dataset(plan, replace(Findings("compiled", (), RAMPS, (UP,), None, True), **other))
         return made.wucht.summary["sentence"], made.wucht.warnings
 
     jumps = result.wucht.summary["sentence"].split("; ")
@@ -111,7 +111,7 @@ def test_sentences_and_warnings_by_what_came_of_it(plan: Plan, result: xr.Datase
 
 
 def test_before_the_first_leg_there_are_no_readings(plan: Plan) -> None:
-    made = dataset(plan, Findings("heyoka", ()))
+    made = dataset(plan, Findings("compiled", ()))
     s = made.wucht.summary
     assert made.speed.shape == (0, 3) and made.direction.shape == (0,)
     assert (s["peak_amplitude"], s["energy_residual"], s["hysteresis"], s["ends"], s["jumps"]) == (None, None, None, {}, [])

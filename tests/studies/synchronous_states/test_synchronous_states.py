@@ -27,7 +27,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import machine_at_speed, natural_frequencies
 from wucht.machines.structure import SPEED
 from wucht.numerics.flow.integration import integrate
-from wucht.numerics.jacobian import Jacobian
+from wucht.numerics.flow.jacobian import Jacobian
 from wucht.piecewise import PiecewiseCubic, step
 from wucht.studies.runner import run
 from wucht.studies.synchronous_states.computation import prepare

@@ -16,7 +16,7 @@ import numpy as np
 from wucht.analysis.averaged_equations import AveragedEquations
 from wucht.analysis.configurations.closed_form import State, branches, compensating_phases
 from wucht.analysis.configurations.torques import SteadyTorques
-from wucht.numerics.jacobian import Jacobian
+from wucht.numerics.flow.jacobian import Jacobian
 
 NEUTRAL = 1e-9  # of the fastest rate: an exponent whose real part is smaller neither grows nor decays
 REGIONS = ("compensating", "together, adding", "together, reducing", "opposed")

@@ -18,8 +18,8 @@ from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equilibria import HOPF
 from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
 from wucht.numerics.flow.integration import integrate
+from wucht.numerics.flow.jacobian import Jacobian
 from wucht.numerics.flow.program import Evaluator
-from wucht.numerics.jacobian import Jacobian
 from wucht.numerics.orbits import periodic_orbit
 from wucht.numerics.periodic.branch_ends import significant_value
 from wucht.numerics.periodic.cycle import Cycle

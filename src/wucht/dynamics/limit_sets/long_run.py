@@ -147,7 +147,7 @@ class _Record:
         self.compiled_system, self._values, self._report = compiled_system, bare.system.values(bare.values), report
         self._start, self._legs, self._low, self._high = start, list[Trajectory](), start, start
         self._turning = np.array([s in bare.system.angles for s in bare.system.states])
-        self.time, self.state, self._engine = 0.0, start, compiled_system.engine.name
+        self.time, self.state, self._engine = 0.0, start, compiled_system.engine_name
         self.start_equilibrium, self.first_span = _first_span(bare, start, compiled_system.tolerance)
 
     def advance(self, length: float) -> LongRun | None:

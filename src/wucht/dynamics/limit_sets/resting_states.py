@@ -15,7 +15,7 @@ from typing import Self
 import numpy as np
 
 from wucht.files.user_system import UserSystem
-from wucht.numerics.jacobian import Jacobian
+from wucht.numerics.flow.jacobian import Jacobian
 
 _AT_REST = 1e-6  # of the extent of the whole run: a smaller change is none
 # Times the tolerance: as small a change is the noise of an integration, whose steps grow at an equilibrium until they are

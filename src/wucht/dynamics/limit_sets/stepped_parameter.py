@@ -19,7 +19,7 @@ from wucht.errors import RunError
 from wucht.files.user_system import UserSystem
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
-from wucht.numerics.jacobian import Jacobian
+from wucht.numerics.flow.jacobian import Jacobian
 
 _AT_REST = 1e-9  # of the size of a state: it changes less in the recorded half of a step where the motion rests
 _SAMPLES = 4000  # in the recorded half of a step

@@ -16,8 +16,8 @@ _DEEP = math.radians(1.0)  # on the track: with this overlap balls stand elsewhe
 class TrackContacts:
     """The contacts of a track in a run.
 
-    frequency: of the contacts, in rad/s. overlap: the largest, in rad on the track, None where the engine does not observe it.
-    radius: of the circle on which the bodies' centres run.
+    frequency: of the contacts, in rad/s. overlap: the largest, in rad on the track, None where the integrator does not observe
+    it. radius: of the circle on which the bodies' centres run.
     """
 
     track: str

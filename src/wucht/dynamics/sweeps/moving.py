@@ -294,7 +294,7 @@ class Mover:
     def _without_turns(self, place: Place) -> np.ndarray:
         """Return the state (n + m,) without whole turns of each rotor and its bodies, and with no work done yet.
 
-        heyoka's steps are accurate relative to the largest number in the state: after many turns that would be an angle.
+        Rounding of an angle grows with its size, and would show in the averages after many turns.
         """
         names, state = self.compiled_system.system.state_names, np.array(place.state)
         for rotor in self.moved_machine.machine.rotors:

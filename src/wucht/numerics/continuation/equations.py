@@ -16,7 +16,7 @@ import numpy as np
 from wucht.disk_cache import derived_once
 from wucht.earlier_names import provide_earlier_names, with_earlier_names
 from wucht.errors import RunError, WuchtError
-from wucht.numerics.jacobian import Jacobian
+from wucht.numerics.flow.jacobian import Jacobian
 from wucht.system import System as System  # noqa: PLC0414 - re-exported
 
 Residual = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]

@@ -22,7 +22,7 @@ from wucht.errors import WuchtError
 from wucht.numerics.ensembles.members import EnsembleResult, Members, Observer, Pacing, Source
 from wucht.numerics.ensembles.tile import BatchLanes, Lanes, SequentialLanes, Tick, Tile, run_tile
 from wucht.numerics.flow.compiled_batch import CompiledBatch, Quantities, compile_batch
-from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE, CompiledSystem, compile_system
+from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE, RADAU, CompiledSystem, compile_system, known_engine
 from wucht.numerics.flow.events import Event
 from wucht.piecewise import PiecewiseCubic
 from wucht.system import System, needed_definitions
@@ -98,8 +98,8 @@ def compile_ensemble(
     bare = replace(system, outputs=(), quadratures=())
     expressions = [*bare.derivatives, *(e for _, e in needed_definitions(bare.definitions, bare.derivatives))]
     obstacle = ""
-    if engine not in (None, "compiled"):
-        obstacle = f"the engine {engine} has no batches"
+    if known_engine(engine) == RADAU:
+        obstacle = f"the engine {RADAU} has no batches"
     elif events:
         obstacle = f"there are events ({', '.join(e.name for e in events)})"
     elif any(sp.sympify(e).has(PiecewiseCubic) for e in expressions):

@@ -1,4 +1,4 @@
-"""System -> motion: compiled once per structure, integrated any number of times: by heyoka, in machine code, or by SciPy.
+"""System -> motion: compiled once per structure, integrated any number of times, in machine code.
 
 A pendulum of frequency w, with the times at which it swings through its lowest position to the right:
 
@@ -12,10 +12,14 @@ A pendulum of frequency w, with the times at which it swings through its lowest 
 >>> [round(hit.time, 6) for hit in run.hits]
 [2.512491, 5.862479, 9.212467]
 
-Compilation: ``System``, ``TIME``, ``compile_system``, ``CompiledSystem``, ``DEFAULT_TOLERANCE``, ``available_engine``. Runs:
+Compilation: ``System``, ``TIME``, ``compile_system``, ``CompiledSystem``, ``DEFAULT_TOLERANCE``. Runs:
 ``integrate``, ``Trajectory``, ``Event``, ``Hit``. Expressions over arrays: ``Evaluator``.
 """
 
 import lazy_loader
 
+from wucht.earlier_names import provide_earlier_names
+
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+provide_earlier_names(__name__)

@@ -2,7 +2,6 @@
 from .compiled_system import DEFAULT_TOLERANCE as DEFAULT_TOLERANCE
 from .compiled_system import CompiledSystem as CompiledSystem
 from .compiled_system import System as System
-from .compiled_system import available_engine as available_engine
 from .compiled_system import compile_system as compile_system
 from .events import Event as Event
 from .events import Hit as Hit

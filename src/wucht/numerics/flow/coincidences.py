@@ -1,9 +1,9 @@
-"""Events that coincide with an interruption, or with the end of a leg: one rule for all of them, whatever the engine.
+"""Events that coincide with an interruption, or with the end of a leg: one rule for all of them.
 
-Rounding decides whether a function passes zero just before or just after a breakpoint at the same instant, and an engine may
-report both events, one, or none. So events within rounding of an interruption are decided there: an event happens if the signs
-of its function just before, by the equations until then, and just after, by those from then on, are opposite. A function that
-only touches zero does not pass it.
+Rounding decides whether a function passes zero just before or just after a breakpoint at the same instant, and an integrator
+may report both events, one, or none. So events within rounding of an interruption are decided there: an event happens if the
+signs of its function just before, by the equations until then, and just after, by those from then on, are opposite. A function
+that only touches zero does not pass it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from wucht.numerics.flow.program import Numbers, PointValues
 from wucht.numerics.flow.segments import LOOKAHEAD, ROUNDING, Lookahead, compile_lookahead
 from wucht.system import TIME, System
 
-_SAME_PASSAGE = 4e-12  # relative to the time: so long a passage of zero is the one that was decided; engines rest for 1e-12
+_SAME_PASSAGE = 4e-12  # relative to the time: so long a passage of zero is the one that was decided; integrators rest for 1e-12
 
 
 def same_instant_until(time: float) -> float:
@@ -68,7 +68,7 @@ class Coincidences:
     def at(self, time: float, state: np.ndarray, before: Numbers, after: Numbers) -> Coincidence:
         """Return the events at an instant. before, after: the parameters of the equations until then, and from then on.
 
-        None where the equations cannot be evaluated around it: then the engine alone has located what happens.
+        None where the equations cannot be evaluated around it: then the integrator alone has located what happens.
         """
         try:
             return self._at(time, state, before, after)

@@ -2,25 +2,32 @@
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
-from importlib.util import find_spec
-from typing import Any, Protocol
+from functools import lru_cache, partial
+from typing import Protocol
 
 import numpy as np
 import sympy as sp
 
+from wucht.earlier_names import present_engine
 from wucht.errors import WuchtError
 from wucht.numerics.flow.coincidences import Coincidences
 from wucht.numerics.flow.events import Event, LegResult
-from wucht.numerics.flow.program import Evaluator, Numbers, PointValues, Program, lower
+from wucht.numerics.flow.explicit_integrator import ExplicitIntegrator
+from wucht.numerics.flow.implicit_integrator import ImplicitIntegrator
+from wucht.numerics.flow.jacobian import Jacobian
+from wucht.numerics.flow.program import Evaluator, Numbers, lower
 from wucht.numerics.flow.segments import Place, Segmentations, SegmentLocator, compile_place
+from wucht.numerics.flow.system_code import SystemCode
 from wucht.system import System as System  # noqa: PLC0414 - re-exported
 
 DEFAULT_TOLERANCE = 1e-12
-ENGINES = ("heyoka", "compiled", "scipy", "scipy-radau")
-_PACKAGES = {"heyoka": "heyoka", "compiled": "llvmlite"}  # needed by engines
-# heyoka's steps are accurate relative to the largest state: a work of microjoules is accumulated in a unit of that size.
+DEFAULT_ENGINE, RADAU = "compiled", "radau"
+ENGINES = (DEFAULT_ENGINE, RADAU)
+_IDLE = 16  # idle integrators kept: more than threads that integrate the same equations at once
+# Errors are measured against at least a hundredth: a work of microjoules is accumulated in a unit of its size.
 _PER_UNIT = sp.Symbol("_per_unit", real=True)
 
 
@@ -36,17 +43,23 @@ class Integrator(Protocol):
     def leg(self, grid: np.ndarray) -> LegResult: ...  # noqa: D102
 
 
-class Engine(Protocol):
-    """Compiled code. Each of its integrators is acquired by one run at a time, in any thread."""
+class Engine:
+    """Machine code of a System, and the integrators that it lends: to one run at a time, in any thread."""
 
-    @property
-    def name(self) -> str: ...  # noqa: D102
-    @property
-    def program(self) -> Program: ...  # noqa: D102
-    @property
-    def rates(self) -> PointValues: ...  # noqa: D102
-    def acquire(self) -> Integrator: ...  # noqa: D102
-    def release(self, integrator: Any) -> None: ...  # noqa: D102
+    def __init__(self, code: SystemCode, new_integrator: Callable[[], Integrator]) -> None:
+        self.code = code
+        self._new_integrator, self._idle = new_integrator, deque[Integrator](maxlen=_IDLE)
+
+    def acquire(self) -> Integrator:
+        """Lend an integrator to one run alone."""
+        try:
+            return self._idle.pop()
+        except IndexError:
+            return self._new_integrator()
+
+    def release(self, integrator: Integrator) -> None:
+        """Take an integrator back for the next run. ``start`` and ``forget_events`` clear the previous run."""
+        self._idle.append(integrator)
 
 
 @dataclass(frozen=True)
@@ -62,7 +75,7 @@ class CompiledSystem:
         Relative and absolute error allowed per step.
     engine_name : str
     engine : Engine
-        The compiled code, which lends an integrator to each run.
+        The machine code, which lends an integrator to each run.
     outputs : Evaluator
         Evaluates the System's outputs over arrays.
     locator : SegmentLocator, optional
@@ -87,35 +100,13 @@ class CompiledSystem:
     jumps: Place | None = field(default=None, compare=False)
     coincidences: Coincidences | None = field(default=None, compare=False)
 
-    @property
-    def is_error_by_largest_state(self) -> bool:
-        """True if a step's allowed error is a share of the largest state, as heyoka's; else of each state, at least of 0.01."""
-        return self.engine_name == "heyoka"
 
-
-def available_engine(is_interrupted: bool = False) -> str:
-    """Choose the engine that a System is compiled for by default.
-
-    Parameters
-    ----------
-    is_interrupted : bool
-        True if breakpoints, contacts, releases or terminal events interrupt the run. heyoka loses events that coincide with
-        an interruption, or with each other.
-
-    Returns
-    -------
-    str
-        ``"heyoka"`` where it is installed and nothing interrupts the run, else ``"compiled"`` where LLVM is, else what is
-        installed; ``"scipy"`` needs no further package.
-    """
-    engines = ("compiled", "heyoka") if is_interrupted else ("heyoka", "compiled")
-    return next((engine for engine in engines if missing_package(engine) is None), "scipy")
-
-
-def missing_package(engine: str) -> str | None:
-    """Return the name of the package that an engine needs, if it is not installed."""
-    package = _PACKAGES.get(engine)
-    return package if package is not None and find_spec(package) is None else None
+def known_engine(name: str | None) -> str:
+    """Return the engine of a name, of none the default. Raises ``WuchtError`` for an unknown one."""
+    present = DEFAULT_ENGINE if name is None else present_engine(name)
+    if present not in ENGINES:
+        raise WuchtError(f"unknown engine {name!r}; known: {', '.join(ENGINES)}", code="unknown-engine")
+    return present
 
 
 @lru_cache(maxsize=64)
@@ -129,11 +120,10 @@ def compile_system(
     system : System
         The integrals of its quadratures are computed with it, with the same accuracy.
     tolerance : float
-        Relative and absolute error allowed per step (heyoka: compiled in).
+        Relative and absolute error allowed per step.
     events : tuple of Event
-    engine : {"heyoka", "compiled", "scipy", "scipy-radau"}, optional
-        Taylor's method, Dormand-Prince 8(5,3) in machine code or interpreted, or Radau (stiff); None for
-        ``available_engine``, by whether breakpoints or events interrupt the run.
+    engine : {"compiled", "radau"}, optional
+        Dormand-Prince 8(5,3), the default, or Radau's implicit method for stiff equations.
 
     Returns
     -------
@@ -142,34 +132,20 @@ def compile_system(
     Raises
     ------
     WuchtError
-        For an unknown engine, or one whose package is not installed.
+        For an unknown engine.
     """
-    if engine is not None and engine not in ENGINES:
-        raise WuchtError(f"unknown engine {engine!r}; known: {', '.join(ENGINES)}", code="unknown-engine")
-    if engine is not None and (package := missing_package(engine)) is not None:
-        raise WuchtError(f"the engine {engine!r} needs the package {package}, which is not installed", code="unknown-engine")
+    engine = known_engine(engine)
     expressions = [*system.derivatives, *(e for _, e in system.definitions), *(e.expression for e in events)]
     expressions += [e for q in system.quadratures for e in (q.expression, q.jump)]
     segmentations = Segmentations.of([sp.sympify(e) for e in expressions])
-    chosen = engine or available_engine(bool(segmentations) or any(e.interrupts for e in events))
     smooth = _smooth(system, segmentations)
-    program = lower(smooth, smooth.derivatives)
     all_events = (*events, *segmentations.events())
     event_program = lower(smooth, tuple(segmentations.smooth(e.expression) for e in all_events))
-    code: Engine
-    if chosen == "heyoka":
-        from wucht.numerics.flow.heyoka_engine import HeyokaEngine, state_units
-
-        code = HeyokaEngine(program, state_units(smooth), all_events, event_program, tolerance)
-    elif chosen == "compiled":
-        from wucht.numerics.flow.compiled_engine import CompiledEngine
-
-        code = CompiledEngine(program, all_events, event_program, tolerance, smooth)
+    code = SystemCode.of(smooth, lower(smooth, smooth.derivatives), all_events, event_program)
+    if engine == RADAU:
+        new_integrator: Callable[[], Integrator] = partial(ImplicitIntegrator, code, Jacobian.of(smooth), tolerance)
     else:
-        from wucht.numerics.flow.scipy_engine import ScipyEngine
-
-        method = "Radau" if chosen == "scipy-radau" else "DOP853"
-        code = ScipyEngine(program, all_events, event_program, tolerance, method)
+        new_integrator = partial(ExplicitIntegrator, code, tolerance)
     jumps = None
     if segmentations and any(q.jump != 0 for q in system.quadratures):
         gains = [segmentations.smooth(sp.sympify(q.jump)) for q in system.quadratures]
@@ -178,8 +154,8 @@ def compile_system(
         system,
         all_events,
         tolerance,
-        chosen,
-        code,
+        engine,
+        Engine(code, new_integrator),
         Evaluator.of_outputs(system),
         SegmentLocator.of(segmentations, smooth, code.rates) if segmentations else None,
         jumps,

@@ -71,7 +71,7 @@ class Hit:
 class LegResult:
     """Result of one leg: samples up to the end or the interrupting event, whichever came first.
 
-    lowest: the lowest values of the event functions (m,) in it; None from engines that do not observe them.
+    lowest: the lowest values of the event functions (m,) in it; None from an integrator that does not observe them.
     """
 
     states: np.ndarray
@@ -83,7 +83,7 @@ class LegResult:
 
 
 class LegError(RunError):
-    """Error of an engine that could not continue. ``samples`` (n, m): those before; ``remedy``: a sentence with advice.
+    """Error of an integrator that could not continue. ``samples`` (n, m): those before; ``remedy``: a sentence with advice.
 
     step: the mean step size, where the number of steps was exhausted.
     """

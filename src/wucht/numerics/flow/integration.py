@@ -26,7 +26,7 @@ class Integration:
     """An integration in progress: its start, and the record so far.
 
     state: (n + m,) with the quadratures. parameter_values: in the System's order. unit: the size of the quadratures.
-    before: their values (m,) at the beginning of the leg: the engine accumulates only the gains of the leg, so that a large
+    before: their values (m,) at the beginning of the leg: the integrator accumulates only the gains of the leg, so that a large
     work does not loosen its tolerance. times, states: samples, leg by leg, ``done`` in all. decided_until: the time until which
     a passage of zero of each requested event is the one that was decided last. segments: those in use.
     sample_parameter_values: those at the last sample. lowest_arguments: see ``Trajectory``.
@@ -215,7 +215,7 @@ class Integration:
 
     def _advice(self, step: float) -> str:
         """Return advice for the state in which steps ran out."""
-        system, program, state = self.compiled_system.system, self.compiled_system.engine.program, self.integrator.state
+        system, program, state = self.compiled_system.system, self.compiled_system.engine.code.program, self.integrator.state
         function, n = program.function("math"), len(system.states)
         constants = program.constant_values(np.concatenate([self._system_parameters, self.segments])).tolist()
 

@@ -1,7 +1,7 @@
 """System -> straight-line program: constant expressions are taken out and computed once per run from the parameters.
 
-An expression such as ``m*l*cos(theta)`` becomes ``c0*cos(theta)`` with ``c0 = m*l``. A Taylor integrator then multiplies by a
-number instead of convolving two series, and an interpreted right-hand side does less. Both engines and all outputs use it.
+An expression such as ``m*l*cos(theta)`` becomes ``c0*cos(theta)`` with ``c0 = m*l``. It is computed once a
+run instead of at each stage of each step. Machine code and all outputs use it.
 """
 
 from __future__ import annotations

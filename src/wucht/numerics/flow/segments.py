@@ -123,7 +123,7 @@ class Segmentation:
     def end_functions(self) -> tuple[sp.Expr, sp.Expr]:
         """Return functions that rise through zero at the upper end of the segment, and fall through zero at the lower one.
 
-        heyoka's steps are accurate relative to the largest of all states and event functions: so these stay of order one.
+        They are of order one, so that rounding and cool-downs mean the same for every argument.
         """
         low, high, has_low, has_high = self.symbols[:_ENDS]
         above = has_high * (self.argument - high) / self.scale - (1 - has_high)
@@ -136,8 +136,8 @@ class Segmentation:
     def segment(self, index: int, value: float | None = None, size: float = 1.0) -> list[float]:
         """Return the values of the symbols on a segment; segment i begins at breakpoint i - 1. value: of the argument.
 
-        heyoka misses an event whose function begins a step at exactly zero and passes zero again in that step, and one
-        that begins beyond it: so the ends are set a few roundings beyond an argument that lies on them.
+        An event whose function begins a step at zero, or beyond it, would be missed: so the ends are set a few roundings beyond
+        an argument that lies on them.
         """
         low, high, has_low, has_high, *rest = self._rows[index]
         if value is not None:
@@ -331,7 +331,7 @@ def compile_place(smooth: System, expressions: Sequence[sp.Expr]) -> Place:
 def compile_lookahead(smooth: System, expressions: Sequence[sp.Expr], rates: PointValues | None = None) -> Lookahead:
     """Compile a function of time, state and parameters that returns the values of expressions, now and a little later.
 
-    rates: those of the System, if an engine has compiled them.
+    rates: those of the System, if they are compiled.
     """
     position, program = lower(smooth, expressions), lower(smooth, smooth.derivatives)
     evaluate, rate = position.at_point(), rates or program.at_point()

@@ -40,7 +40,7 @@ class Trajectory:
         True if the user stopped it.
     lowest_arguments : ndarray, (k,), optional
         The lowest value below its last breakpoint of each argument of piecewise functions, in the order of the segmentations:
-        how far a contact was compressed, for one. None where the engine does not observe it.
+        how far a contact was compressed, for one. None where the integrator does not observe it.
     """
 
     time: np.ndarray

@@ -22,7 +22,7 @@ from wucht.numerics.collocation.boundary_values import BoundaryValueProblem, End
 from wucht.numerics.collocation.solutions import with_exact_tolerance
 from wucht.numerics.continuation.curve import Curve, Steps, Walk
 from wucht.numerics.continuation.equations import EquilibriumEquations
-from wucht.numerics.jacobian import variational_system
+from wucht.numerics.flow.jacobian import variational_system
 from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, FOLD, TORUS, VANISHING_SIZE, Cycle, Orbit, swing
 from wucht.numerics.periodic.cycle_starts import cycle_at, propagated_change
 from wucht.numerics.periodic.cycles import STEPS, Cycles

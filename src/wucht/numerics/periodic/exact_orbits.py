@@ -15,8 +15,8 @@ import numpy as np
 
 from wucht.errors import RunError
 from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
+from wucht.numerics.flow.jacobian import variational_system
 from wucht.numerics.flow.program import Evaluator
-from wucht.numerics.jacobian import variational_system
 from wucht.numerics.periodic.closing import ClosedOrbit, Closing, Places
 from wucht.numerics.periodic.floquet import halve_legs, integrated_legs
 

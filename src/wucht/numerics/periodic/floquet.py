@@ -19,8 +19,8 @@ from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
 from wucht.numerics.collocation.condensation import CollocationJacobian
 from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
 from wucht.numerics.flow.integration import integrate
+from wucht.numerics.flow.jacobian import variational_system
 from wucht.numerics.flow.program import Evaluator
-from wucht.numerics.jacobian import variational_system
 from wucht.system import System
 
 _CONDITION = 1e4  # of products of maps: four digits less than rounding
@@ -31,8 +31,8 @@ _RESOLUTION, _MOST_PARTS, _REFINEMENTS = 4.0, 64, 2  # change of ln of a volume 
 _MOST_INTERVALS = 600  # decay by more than about e^-2000 in a period is not resolved
 _ALIKE = 1e-5  # of ln mu: change on a finer mesh below which it is accurate
 _INTEGRATION = 1e-15  # tolerance
-# Largest states in the unit of changes, which may be as large as one likes: an engine that allows each state an error relative
-# to itself, or to a hundredth, would lose changes of states of 1e-6 beside those of 1.
+# Largest states in the unit of changes, which may be as large as one likes: the integrator allows each state an error relative
+# to itself, or to a hundredth, and would lose changes of states of 1e-6 beside those of 1.
 _LARGE = 2.0**20
 
 
@@ -241,9 +241,7 @@ def integrated_legs(
     n, legs = states.shape
     ends, maps = np.empty_like(states), np.empty((legs, n, n))
     for j, state in enumerate(states.T):
-        size = float(np.abs(state).max()) or 1.0
-        if not linear.is_error_by_largest_state:
-            size *= _LARGE
+        size = _LARGE * (float(np.abs(state).max()) or 1.0)
         start = np.concatenate([state, (size * np.eye(n)).ravel()])
         run = integrate(linear, start, parameter_values, np.array([begin[j], end[j]])).reraise_interrupt()
         if run.failure is not None:

@@ -13,7 +13,7 @@ import sympy as sp
 from wucht.disk_cache import derived_once
 from wucht.errors import WuchtError
 from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
-from wucht.numerics.jacobian import Jacobian, variational_system
+from wucht.numerics.flow.jacobian import Jacobian, variational_system
 from wucht.system import Output, System
 
 TURN = 2 * math.pi

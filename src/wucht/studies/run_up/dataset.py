@@ -115,7 +115,7 @@ def _motion_result(motion: Motion, deck: float | None, hangs: bool) -> StudyResu
         summary += _contact_quantities(motion)
     quantities = [replace(q, in_summary=q.name in _KEYS, headline=q.name == "peak_amplitude") for q in quantities]
     flow = {
-        "engine": motion.compiled_system.engine.name,
+        "engine": motion.compiled_system.engine_name,
         "tolerance": motion.compiled_system.tolerance,
         "model": motion.model.name,
     }

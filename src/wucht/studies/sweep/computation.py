@@ -132,7 +132,7 @@ def run(plan: Plan | SystemSweepPlan, work: Work) -> Iterator[Findings | SystemS
     ramp, longest = plan.moved_machine.pace.samples * plan.moved_machine.pace.step, mover.longest_settling
     ramp_share = _JUMPS_SHARE * ramp / (ramp + longest)
     first = longest / (longest + ways * (ramp + longest) / _JUMPS_SHARE)  # as long as what follows, for its time
-    findings = Findings(flow.engine.name, plan.moved_machine.pace.warnings)
+    findings = Findings(flow.engine_name, plan.moved_machine.pace.warnings)
     yield findings
     work.report(0.0, "settling")
     try:

@@ -35,9 +35,14 @@ _TINY = 1e-300
 _SAFETY, _MIN_FACTOR, _MAX_FACTOR = 0.9, 0.2, 6.0  # of step sizes
 _ABSOLUTE = 1e-2  # of the relative tolerance
 _EXPONENT = -1.0 / 8.0
+_CURVATURE = 0.1  # third and fourth differences, of the size of an event function, that limit steps
+_NOTICEABLE = 1e-9  # size of event functions below which they may be rounding, and do not limit steps
+_SHORTER, _LONGER, _MOST_SHORTENINGS = 0.5, 1.2, 12  # factors of the step length that event functions allow; times in a row
+_SHORTEST = 1e-9  # step that event functions limit, of the time: rounding shows in the functions of shorter ones
 _OF_ROUNDING = 0.1  # error with which a step that rounding limits is accepted: the next one is a fifth longer
 
 END, EVENT, NO_STEPS_LEFT, NOT_FINITE, NO_ROOM = range(5)  # how a leg ends; no room: for its hits
+_NOT_FOLLOWED = -1  # of a step: it is too long for an event function
 SAMPLE_COUNT, HIT_COUNT, STEP_COUNT, STOPPING_EVENT = range(4)  # places in the counts
 _NEVER = 2.0  # a part of a step
 
@@ -315,6 +320,22 @@ def _evaluate_events(leg: LegMemory, time: float, step: float, next_time: float)
             leg.values[part * leg.m + i] = value
 
 
+def _are_followed(leg: LegMemory) -> bool:
+    """Return whether the event functions change little within the parts of a step: none passes zero twice within one.
+
+    Steps follow the states alone. A function is followed if its third and fourth differences are small beside it: those
+    of a wave are so as long as a step is at most a third of it.
+    """
+    for i in range(leg.m):
+        a, b, c = leg.values[i], leg.values[leg.m + i], leg.values[2 * leg.m + i]
+        d, e = leg.values[3 * leg.m + i], leg.values[4 * leg.m + i]
+        size = max(abs(a), abs(b), abs(c), abs(d), abs(e), _NOTICEABLE)
+        third = max(abs(d - a + 3.0 * (b - c)), abs(e - b + 3.0 * (c - d)))
+        if max(third, abs(a + e - 4.0 * (b + d) + 6.0 * c)) > _CURVATURE * size:
+            return False
+    return True
+
+
 def _record_hit(leg: LegMemory, index: int, time: float, x: float, step: float) -> None:
     if leg.counts[HIT_COUNT] < leg.room:
         first = leg.counts[HIT_COUNT] * (leg.n + 1)
@@ -351,12 +372,11 @@ def _record_crossing(
     return stop
 
 
-def _locate_events(leg: LegMemory, time: float, step: float, next_time: float) -> float:
+def _locate_events(leg: LegMemory, time: float, step: float) -> float:
     """Record the events of a step; return the part of it at which one interrupts, or never.
 
     The first row of the values of event functions, those at the beginning, is replaced by that at the end.
     """
-    _evaluate_events(leg, time, step, next_time)
     stop = _NEVER
     for part in range(_PARTS):
         for kind in range(1, -1, -1):  # those that interrupt first
@@ -409,13 +429,19 @@ def _begin(leg: LegMemory, time: float) -> bool:
     return _is_finite(leg.k, 0, leg.n)
 
 
-def _accept(leg: LegMemory, time: float, step: float, next_time: float) -> int:
-    """Record the events and samples of a step and go to its end, or to the event that interrupts; return whether one does."""
+def _accept(leg: LegMemory, time: float, step: float, next_time: float, may_shorten: bool) -> int:
+    """Record the events and samples of a step and go to its end, or to the event that interrupts; return whether one does.
+
+    may_shorten: the step is given back where it is too long for an event function.
+    """
     stop = _NEVER
     if leg.m > 0 or leg.grid[leg.counts[SAMPLE_COUNT]] < next_time:
         _compute_dense(leg, time, step)
     if leg.m > 0:
-        stop = _locate_events(leg, time, step, next_time)
+        _evaluate_events(leg, time, step, next_time)
+        if may_shorten and not _are_followed(leg):
+            return _NOT_FOLLOWED
+        stop = _locate_events(leg, time, step)
     last_time = time + stop * step if stop < _NEVER else next_time
     _record_samples(leg, time, step, next_time, last_time)
     if stop < _NEVER:
@@ -436,7 +462,7 @@ def advance(leg: LegMemory) -> int:
     if leg.counts[SAMPLE_COUNT] == leg.grid_count:
         return END
     ending, is_shortened = END if is_finite else NOT_FINITE, False
-    step = _first_step(leg, time, end - time)
+    step, longest, shortenings = _first_step(leg, time, end - time), end - time, 0
     while ending == END and time < end:
         if leg.counts[STEP_COUNT] >= leg.most_steps:
             return NO_STEPS_LEFT
@@ -451,10 +477,16 @@ def advance(leg: LegMemory) -> int:
         if error <= 1.0:
             evaluate(leg.rates, next_time, leg.next_state, leg.constants, leg.k, STAGES * leg.width)
         if error <= 1.0 and _is_finite(leg.k, STAGES * leg.width, leg.n):
-            ending = _accept(leg, time, step, next_time)
+            may_shorten = shortenings < _MOST_SHORTENINGS and step > _SHORTEST * max(1.0, abs(time))
+            ending = _accept(leg, time, step, next_time, may_shorten)
+            if ending == _NOT_FOLLOWED:
+                ending, longest, step = END, step, _SHORTER * step
+                shortenings += 1
+                continue
             factor = _MAX_FACTOR if error == 0.0 else min(_MAX_FACTOR, max(_MIN_FACTOR, _SAFETY * error**_EXPONENT))
-            step *= min(1.0, factor) if is_shortened else factor
-            time, is_shortened = leg.clock[0], False
+            longest *= _LONGER
+            step = min(longest, step * (min(1.0, factor) if is_shortened else factor))
+            time, is_shortened, shortenings = leg.clock[0], False, 0
         else:
             step *= max(_MIN_FACTOR, _SAFETY * error**_EXPONENT) if error > 1.0 else _MIN_FACTOR
             is_shortened = True

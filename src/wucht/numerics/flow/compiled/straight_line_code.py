@@ -120,7 +120,7 @@ class _Printer:
             return self._wave(e)
         if e.func in FUNCTIONS:
             return self._call(FUNCTIONS[e.func], [self(a) for a in e.args])
-        raise RunError(f"the compiled engine has no function {e.func.__name__!r}; use the SciPy engine", code="no-function")
+        raise RunError(f"there is no machine code for the function {e.func.__name__!r}", code="no-function")
 
     def _sum(self, e: sp.Add) -> Any:
         """Sum the terms; those with a minus sign are subtracted."""

@@ -1,4 +1,4 @@
-"""The engine compiled: its order, its numbers to the last bit, what is kept on disk, and the code as Python runs it."""
+"""The explicit integrator: its order, its numbers to the last bit, what is kept on disk, and the code as Python runs it."""
 
 from __future__ import annotations
 
@@ -9,16 +9,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from wucht.numerics.flow.compiled import leg_stepper
+from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROWS, NODES, ROW_BEGINS, ROW_STAGES, ROW_WEIGHTS
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.step_sizes import MAX_STEPS
 from wucht.system import TIME, System
-
-pytest.importorskip("llvmlite")
-
-from wucht.numerics.flow.compiled import leg_stepper
-from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROWS, NODES, ROW_BEGINS, ROW_STAGES, ROW_WEIGHTS
 
 x, v, k = sp.symbols("x v k", real=True)
 SPRING = System((x, v), (v, -k * x), (k,))
@@ -44,7 +41,7 @@ def test_python_runs_the_same_stepper() -> None:
     by_python = leg(grid)
     assert leg_stepper.advance(by_python) == leg_stepper.EVENT
     events = (Event("half", x - sp.Rational(1, 2), -1), Event("there", x + sp.Rational(1, 2), terminal=True))
-    run = integrate(compile_system(SPRING, 1e-9, events, "compiled"), [1.0, 0.0], [1.0], grid)
+    run = integrate(compile_system(SPRING, 1e-9, events), [1.0, 0.0], [1.0], grid)
     samples = by_python.samples.reshape(-1, 2)[: by_python.counts[leg_stepper.SAMPLE_COUNT]].T
     assert np.abs(samples - run.states).max() < 1e-14
     assert [h.time for h in run.hits] == pytest.approx([by_python.hits[0], by_python.clock[0]], abs=1e-14)
@@ -74,7 +71,7 @@ def test_rounding_of_large_angles_does_not_stop_a_run(turned: float, order: tupl
     states = [tuple(rates)[i] for i in order]
     discs = System(tuple(states), tuple(rates[x] for x in states), (k,), angles=frozenset((a, b)))
     start, grid = {a: turned, b: turned + 1e-3, va: 50.0, vb: 50.0}, np.linspace(0.0, 0.5, 513)
-    run = integrate(compile_system(discs, 1e-12, engine="compiled"), [start[x] for x in states], [1e6], grid)
+    run = integrate(compile_system(discs, 1e-12), [start[x] for x in states], [1e6], grid)
     assert run.failure is None and run.end_time == 0.5
     at = {x: run.states[i] for i, x in enumerate(states)}
     gap = at[b] - at[a]
@@ -85,7 +82,7 @@ def test_rounding_of_large_angles_does_not_stop_a_run(turned: float, order: tupl
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
 def test_the_same_run_has_the_same_bits(tolerance: float) -> None:
     """Twice, and in parts that end where legs do."""
-    flow, grid = compile_system(SPRING, tolerance, engine="compiled"), np.linspace(0.0, 50.0, 2049)
+    flow, grid = compile_system(SPRING, tolerance), np.linspace(0.0, 50.0, 2049)
     once, again = (integrate(flow, [1.0, 0.0], [2.0], grid) for _ in range(2))
     assert np.array_equal(once.states, again.states)
     first = integrate(flow, [1.0, 0.0], [2.0], grid[:1025])
@@ -95,7 +92,7 @@ def test_the_same_run_has_the_same_bits(tolerance: float) -> None:
 
 def test_more_events_in_a_leg_than_there_was_room_for() -> None:
     """Two thousand zeros between two samples."""
-    flow = compile_system(SPRING, events=(Event("zero", x),), engine="compiled")
+    flow = compile_system(SPRING, events=(Event("zero", x),))
     run = integrate(flow, [0.0, 1.0], [1.0], np.array([0.0, 2000.5 * np.pi]))
     assert [h.time for h in run.hits][-2000:] == pytest.approx(np.pi * np.arange(1, 2001), abs=1e-8)
 
@@ -104,20 +101,16 @@ def test_an_event_function_that_dips_below_zero_within_a_part_of_a_step() -> Non
     """t^2 - d^2 has the same sign at both ends of every step but one that ends between -d and d."""
     clock = System((x,), (sp.S.One,))
     for depth in (0.3, 0.1, 0.01):
-        flow = compile_system(clock, events=(Event("edge", TIME**2 - sp.Float(depth) ** 2),), engine="compiled")
+        flow = compile_system(clock, events=(Event("edge", TIME**2 - sp.Float(depth) ** 2),))
         run = integrate(flow, [0.0], [], np.array([-3.0, 3.0]))
         assert [h.time for h in run.hits] == pytest.approx([-depth, depth], abs=1e-12)
 
 
 @pytest.mark.parametrize("size", [1.0, 1e3, 1e6, 1e9])
 def test_sines_and_cosines_are_those_of_the_library(size: float) -> None:
-    from wucht.numerics.flow.compiled_engine import CompiledEngine
-
-    system = System((x, v), (sp.sin(x), sp.cos(x)))
-    engine = compile_system(system, engine="compiled").engine
-    assert isinstance(engine, CompiledEngine)
+    code = compile_system(System((x, v), (sp.sin(x), sp.cos(x)))).engine.code
     for angle in np.random.default_rng(7).uniform(-size, size, 500):
-        sine, cosine = engine.rates([angle, 0.0], 0.0, [])
+        sine, cosine = code.rates(np.array([angle, 0.0]), 0.0, np.empty(0))
         assert (sine, cosine) == pytest.approx((np.sin(angle), np.cos(angle)), abs=2.5e-16)
 
 
@@ -134,10 +127,8 @@ def compiled_object(*arguments):
     compiled.append(arguments[1])
     return compile_object(*arguments)
 machine_code.compiled_object = compiled_object
-import wucht.numerics.flow.compiled_engine as engine
-engine.compiled_object = compiled_object
 x, v, k = sp.symbols("x v k", real=True)
-run = integrate(compile_system(System((x, v), (v, -k * x), (k,)), engine="compiled"), [1.0, 0.0], [1.0], [0.0, 1.0])
+run = integrate(compile_system(System((x, v), (v, -k * x), (k,))), [1.0, 0.0], [1.0], [0.0, 1.0])
 print(len(compiled), run.states[:, -1].tobytes().hex(), "numba" in sys.modules)
 """
 

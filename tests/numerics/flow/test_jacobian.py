@@ -13,7 +13,7 @@ from tests.refusals import rejected
 from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
-from wucht.numerics.jacobian import Jacobian, variational_system
+from wucht.numerics.flow.jacobian import Jacobian, variational_system
 from wucht.piecewise import PiecewiseCubic, interpolated_pieces
 from wucht.system import TIME, System
 

@@ -1,16 +1,12 @@
-"""The engine compiled: Dormand-Prince 8(5,3) in machine code, where something interrupts a run, or heyoka is absent.
+"""The explicit integrator: Dormand-Prince 8(5,3) in machine code.
 
-The stepper is the same for all systems and compiled once (``compiled.leg_stepper``); of a system its rates and event functions
-are compiled, in straight-line code (``compiled.straight_line_code``). Both are kept on disk, and a later process needs no
-compiler.
+The stepper is the same for all systems and compiled once (``compiled.leg_stepper``). It is kept on disk, and a later process
+needs no compiler.
 E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I", Springer 1993, section II.10.
 """
 
 from __future__ import annotations
 
-import ctypes
-from collections import deque
-from collections.abc import Sequence
 from enum import IntEnum
 
 import numpy as np
@@ -27,17 +23,14 @@ from wucht.numerics.flow.compiled.dormand_prince import (
     SMALLEST_TOLERANCE,
 )
 from wucht.numerics.flow.compiled.leg_stepper import LegMemory
-from wucht.numerics.flow.compiled.machine_code import MachineCode, compile_stepper
-from wucht.numerics.flow.compiled.straight_line_code import module_text
+from wucht.numerics.flow.compiled.machine_code import compile_stepper
 from wucht.numerics.flow.cool_downs import CoolDowns
-from wucht.numerics.flow.events import NOT_FINITE, Event, Hit, LegError, LegResult
-from wucht.numerics.flow.program import Numbers, PointValues, Program
+from wucht.numerics.flow.events import NOT_FINITE, Hit, LegError, LegResult
+from wucht.numerics.flow.program import Numbers
 from wucht.numerics.flow.step_sizes import step_limit_error
-from wucht.system import System
+from wucht.numerics.flow.system_code import EVENT_VALUES, RATES, SystemCode
 
-_IDLE = 16  # idle integrators kept: more than threads that integrate the same equations at once
 _ROOM = 64  # for the hits of a leg, to begin with
-RATES, EVENT_VALUES = "rates", "event_values"
 
 
 class Ending(IntEnum):
@@ -48,56 +41,14 @@ class Ending(IntEnum):
     )  # fmt: skip
 
 
-def _values_at_point(address: int, count: int) -> PointValues:
-    """Return machine code as a function of state, time and constants that returns a list."""
-    code = ctypes.CFUNCTYPE(None, ctypes.c_double, *[ctypes.c_void_p] * 3)(address)
-
-    def function(state: np.ndarray, time: float, constants: np.ndarray) -> list[float]:
-        values = np.empty(count)
-        arrays = np.ascontiguousarray(state, float), np.ascontiguousarray(constants, float), values
-        code(time, *(array.__array_interface__["data"][0] for array in arrays))
-        return values.tolist()
-
-    return function
-
-
-class CompiledEngine:
-    """Machine code of a system, with the interface of the engine heyoka."""
-
-    name = "compiled"
-
-    def __init__(
-        self, program: Program, events: Sequence[Event], event_program: Program, tolerance: float, system: System
-    ) -> None:
-        self.program, self.event_program, self.events = program, event_program, tuple(events)
-        self.code = MachineCode.of(module_text([(RATES, program), (EVENT_VALUES, event_program)]), (RATES, EVENT_VALUES))
-        self.rates = _values_at_point(self.code.addresses[RATES], len(program.results))
-        self.event_values = _values_at_point(self.code.addresses[EVENT_VALUES], len(event_program.results))
-        self.is_angle = np.array([float(s in system.angles) for s in system.states])
-        self.tolerance = max(tolerance, SMALLEST_TOLERANCE)
-        self.event_kinds = np.array([[e.direction for e in events], [e.interrupts for e in events]], np.int64)
-        self.advance = compile_stepper(leg_stepper.advance)
-        self._idle: deque[CompiledIntegrator] = deque(maxlen=_IDLE)
-
-    def acquire(self) -> CompiledIntegrator:
-        """Lend an integrator to one run alone."""
-        try:
-            return self._idle.pop()
-        except IndexError:
-            return CompiledIntegrator(self)
-
-    def release(self, integrator: CompiledIntegrator) -> None:
-        """Take an integrator back for the next run. ``start`` and ``forget_events`` clear the previous run."""
-        self._idle.append(integrator)
-
-
-class CompiledIntegrator:
+class ExplicitIntegrator:
     """An integrator of one run: the memory in which the stepper works."""
 
-    def __init__(self, engine: CompiledEngine) -> None:
-        n, m = len(engine.program.states), len(engine.events)
+    def __init__(self, code: SystemCode, tolerance: float) -> None:
+        n, m = len(code.program.states), len(code.events)
         width = -(-n // leg_stepper.BLOCK) * leg_stepper.BLOCK
-        self._engine, self._cool_downs = engine, CoolDowns(engine.rates, engine.event_values, engine.events)
+        self._code, self._cool_downs = code, CoolDowns(code.rates, code.event_values, code.events)
+        self._advance_leg = compile_stepper(leg_stepper.advance)
         self._parameters, self._constants, self._event_constants = np.empty(0), np.empty(0), np.empty(0)
         self._state, self._clock, self._counts = np.zeros(width), np.zeros(1), np.zeros(4, np.int64)
         self._cool_ends, self._cool_signs, self._lowest = np.empty(m), np.empty(m), np.empty(m)
@@ -106,12 +57,12 @@ class CompiledIntegrator:
         self._memory |= {
             "state": self._state, "clock": self._clock, "counts": self._counts, "values": np.zeros(leg_stepper.VALUE_ROWS * m),
             "cool_ends": self._cool_ends, "cool_signs": self._cool_signs, "lowest": self._lowest, "nodes": NODES,
-            "row_weights": ROW_WEIGHTS, "row_places": ROW_STAGES * width, "row_begins": ROW_BEGINS, "is_angle": engine.is_angle,
-            "event_kinds": engine.event_kinds,
+            "row_weights": ROW_WEIGHTS, "row_places": ROW_STAGES * width, "row_begins": ROW_BEGINS, "is_angle": code.is_angle,
+            "event_kinds": np.array([[e.direction for e in code.events], [e.interrupts for e in code.events]], np.int64),
         }  # fmt: skip
         self._fields: dict[str, float] = {name: array.ctypes.data for name, array in self._memory.items()} | {
-            "n": n, "width": width, "m": m, "tolerance": engine.tolerance,
-            "rates": engine.code.addresses[RATES], "functions": engine.code.addresses[EVENT_VALUES],
+            "n": n, "width": width, "m": m, "tolerance": max(tolerance, SMALLEST_TOLERANCE),
+            "rates": code.machine_code.addresses[RATES], "functions": code.machine_code.addresses[EVENT_VALUES],
         }  # fmt: skip
 
     @property
@@ -122,14 +73,14 @@ class CompiledIntegrator:
     @property
     def state(self) -> np.ndarray:
         """State reached, (n,)."""
-        return self._state[: len(self._engine.program.states)].copy()
+        return self._state[: len(self._code.program.states)].copy()
 
     def start(self, time: float, state: np.ndarray, parameter_values: Numbers) -> None:
         """Place the integrator."""
         self._place(time, state)
         if not np.array_equal(parameter_values, self._parameters):
-            self._constants = self._engine.program.constant_values(parameter_values)
-            self._event_constants = self._engine.event_program.constant_values(parameter_values)
+            self._constants = self._code.program.constant_values(parameter_values)
+            self._event_constants = self._code.event_program.constant_values(parameter_values)
             self._parameters = np.array(parameter_values, float)
         self._cool_downs.start(time, np.asarray(state), self._constants, self._event_constants)
 
@@ -154,7 +105,7 @@ class CompiledIntegrator:
             raise LegError(*NOT_FINITE, result)
         if ending is Ending.NO_STEPS_LEFT:
             raise step_limit_error(result, begin, self.time)
-        events, time, state, lowest = self._engine.events, self.time, self.state, self._lowest.copy()
+        events, time, state, lowest = self._code.events, self.time, self.state, self._lowest.copy()
         records = zip(hit_events[:hit_count].tolist(), hits[:hit_count], strict=True)
         in_order = sorted((Hit(events[i].name, float(h[0]), h[1:].copy()) for i, h in records), key=lambda hit: hit.time)
         if ending is Ending.END:
@@ -174,4 +125,4 @@ class CompiledIntegrator:
         fields = (
             self._fields | addresses | {"grid_count": len(grid), "room": len(hit_events), "most_steps": step_sizes.MAX_STEPS}
         )
-        return Ending(self._engine.advance(*(fields[name] for name in LegMemory._fields)))
+        return Ending(self._advance_leg(*(fields[name] for name in LegMemory._fields)))
