@@ -11,8 +11,7 @@ import pytest
 from wucht.dynamics.sweeps.moving import IntegrationError
 from wucht.errors import FieldError, InputError, RunError, WuchtError, code_of, nearest
 from wucht.mechanics.trigonometric import NotTrigonometricError
-from wucht.numerics.flow.events import LegError
-from wucht.numerics.flow.sliding import SlidingError
+from wucht.numerics.flow.events import LegError, SlidingError
 from wucht.studies.approximation.computation import UnmeasuredError
 
 
@@ -91,7 +90,7 @@ ERRORS = [
     NotTrigonometricError("no polynomial of sines", code="not-trigonometric"),
     IntegrationError("stopped", code="not-finite"),
     UnmeasuredError("no order", code="too-few"),
-    SlidingError(1.5),
+    SlidingError(np.zeros((2, 3))),
     LegError("500000 steps were not enough", "raise the tolerance", np.zeros((2, 3)), 1e-9),
 ]
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from wucht.numerics.flow.compiled import leg_stepper
-from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROWS, NODES, ROW_BEGINS, ROW_STAGES, ROW_WEIGHTS
+from wucht.numerics.flow.compiled import leg_memory, leg_stepper
+from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, NODES, ROW_BEGINS, ROW_STAGES, ROW_WEIGHTS
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integration import integrate
@@ -21,28 +21,36 @@ x, v, k = sp.symbols("x v k", real=True)
 SPRING = System((x, v), (v, -k * x), (k,))
 
 
-def leg(grid: np.ndarray, most_steps: int = MAX_STEPS, tolerance: float = 1e-9) -> leg_stepper.LegMemory:
+def leg(grid: np.ndarray, most_steps: int = MAX_STEPS, tolerance: float = 1e-9) -> leg_memory.LegMemory:
     """A leg of an oscillator from x = 1 at rest: it falls through 1/2, an event that passes, and stops at -1/2."""
     n, width, m, room = 2, 4, 2, 8
-    return leg_stepper.LegMemory(
-        lambda _t, y, c: np.array([y[1], -c[0] * y[0]]), lambda _t, y, _c: np.array([y[0] - 0.5, y[0] + 0.5]),
-        n, width, m, len(grid), room, most_steps, tolerance, np.zeros(n), np.array([1.0]), np.empty(0), NODES, ROW_WEIGHTS,
-        ROW_STAGES * width, ROW_BEGINS,
-        np.array([-1, 0, 0, 1]), np.full(m, -np.inf), np.zeros(m), grid, np.zeros(1), np.array([1.0, 0.0, 0.0, 0.0]),
-        np.zeros(len(grid) * n), np.zeros(room, int), np.zeros(room * (n + 1)), np.zeros(ALL_STAGES * width),
-        np.zeros((DENSE_ROWS + 3) * width), np.zeros(width), np.zeros(width), np.zeros(width), np.zeros(width),
-        np.zeros(leg_stepper.VALUE_ROWS * m), np.full(m, np.inf), np.zeros(4, int),
-    )  # fmt: skip
+    numbers = {
+        "rates": lambda _t, y, c: np.array([y[1], -c[0] * y[0]]),
+        "functions": lambda _t, y, _c: np.array([y[0] - 0.5, y[0] + 0.5]),
+        "n": n, "width": width, "m": m, "request_count": m, "grid_count": len(grid), "room": room, "most_steps": most_steps,
+        "tolerance": tolerance,
+    }  # fmt: skip
+    arrays = {
+        "is_angle": np.zeros(n), "constants": np.array([1.0]), "nodes": NODES, "row_weights": ROW_WEIGHTS,
+        "row_places": ROW_STAGES * width, "row_begins": ROW_BEGINS, "event_kinds": np.array([-1, 0, 0, 1]),
+        "cool_ends": np.full(m, -np.inf), "cool_signs": np.zeros(m), "grid": grid, "clock": np.zeros(1),
+        "state": np.array([1.0, 0.0, 0.0, 0.0]), "samples": np.zeros(len(grid) * n), "hit_events": np.zeros(room, int),
+        "hits": np.zeros(room * (n + 1)), "k": np.zeros(ALL_STAGES * width), "dense": np.zeros(leg_memory.ROWS * width),
+        "values": np.zeros(leg_memory.VALUE_ROWS * m), "lowest": np.full(m, np.inf), "counts": np.zeros(4, int),
+    }  # fmt: skip
+    arrays |= {name: np.zeros(width) for name in ("point", "next_state", "errors", "zero")}
+    rest = dict.fromkeys(leg_memory.LegMemory._fields, 0) | {"event_constants": np.empty(0)}
+    return leg_memory.LegMemory(**(rest | numbers | arrays))
 
 
 def test_python_runs_the_same_stepper() -> None:
     """Interpreted, it takes the steps of the compiled one: its samples differ by rounding."""
     grid = np.linspace(0.0, 3.0, 13)
     by_python = leg(grid)
-    assert leg_stepper.advance(by_python) == leg_stepper.EVENT
+    assert leg_stepper.advance(by_python) == leg_memory.EVENT
     events = (Event("half", x - sp.Rational(1, 2), -1), Event("there", x + sp.Rational(1, 2), terminal=True))
     run = integrate(compile_system(SPRING, 1e-9, events), [1.0, 0.0], [1.0], grid)
-    samples = by_python.samples.reshape(-1, 2)[: by_python.counts[leg_stepper.SAMPLE_COUNT]].T
+    samples = by_python.samples.reshape(-1, 2)[: by_python.counts[leg_memory.SAMPLE_COUNT]].T
     assert np.abs(samples - run.states).max() < 1e-14
     assert [h.time for h in run.hits] == pytest.approx([by_python.hits[0], by_python.clock[0]], abs=1e-14)
     assert run.end_time == pytest.approx(2 * np.pi / 3, abs=1e-8)
@@ -53,8 +61,8 @@ def test_the_error_of_one_step_is_of_order_nine() -> None:
     sizes, errors = np.array([0.4, 0.6, 0.8, 1.2]), []
     for size in sizes:
         one = leg(np.array([0.0, size]), tolerance=1e6)
-        leg_stepper.evaluate(one.rates, 0.0, one.state, one.constants, one.k, 0)
-        leg_stepper._attempt(one, 0.0, size)
+        leg_memory.evaluate(one.rates, 0.0, one.state, one.constants, one.k, 0)
+        leg_stepper._attempt(one, 0.0, size, size)
         errors.append(abs(one.next_state[0] - np.cos(size)) + abs(one.next_state[1] + np.sin(size)))
     assert 8.7 < np.polyfit(np.log(sizes), np.log(errors), 1)[0] < 9.6
 

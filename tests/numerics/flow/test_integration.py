@@ -2,7 +2,6 @@
 
 import math
 import re
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from tests.refusals import failed
 from wucht.errors import RunError
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
-from wucht.numerics.flow.integration import Integration, integrate
+from wucht.numerics.flow.integration import integrate
 from wucht.system import TIME, Output, System
 
 x, y, v = sp.symbols("x y v", real=True)
@@ -231,36 +230,6 @@ def test_where_steps_run_out_it_says_whether_the_machine_is_stiff_or_the_run_onl
     else:
         assert "500000 steps were not enough" in run.failure
         assert says in run.failure
-
-
-@pytest.mark.parametrize(
-    ("stops", "expected"),
-    [
-        ({}, [(0, 1024), (1025, 2048), (2049, 2499)]),
-        ({0: 1}, [(0, 1024), (1, 1024), (1025, 2048), (2049, 2499)]),
-        ({1: 100}, [(0, 1024), (1025, 2048), (1125, 2048), (2049, 2499)]),
-        ({0: 1024}, [(0, 1024), (1024, 1024), (1025, 2048), (2049, 2499)]),
-    ],
-)
-def test_legs_end_at_the_same_samples_whatever_stops_one_within(stops, expected):
-    """Every 1024; one that is cut off after some samples, by an event, is followed by one with the rest of it."""
-    ends = []
-
-    class Stub:
-        time = 0.0
-
-        def leg(self, piece):
-            taken = stops.get(len(ends), len(piece))
-            ends.append((float(piece[0]), float(piece[-1])))
-            return SimpleNamespace(states=np.zeros((1, taken)), hits=(), stopped_by=None)
-
-    system = SimpleNamespace(states=("x",))
-    compiled = SimpleNamespace(system=system, events=(), locator=None, coincidences=None)
-    run = Integration(compiled, Stub(), np.zeros(1), np.zeros(0), np.arange(2500.0))
-    while run.advance():
-        pass
-    assert ends == expected
-    assert np.concatenate(run.times).tolist() == list(range(2500))
 
 
 def test_a_run_begins_beyond_the_events_at_its_start(engine):

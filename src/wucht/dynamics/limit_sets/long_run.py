@@ -17,7 +17,6 @@ from wucht.files.user_system import UserSystem
 from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE, CompiledSystem, compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import Evaluator
-from wucht.numerics.flow.sliding import SlidingError, SlidingGuard
 from wucht.numerics.flow.trajectory import Trajectory
 
 INTERVALS = 20_000  # of samples in a leg, and in the stored run
@@ -27,7 +26,6 @@ _MOST_HALVINGS = 30  # of the given length of a run, until its first leg is as s
 _ROUNDING = 1e-9  # of a state: as near to an equilibrium it lies on it, but for rounding; changes as slow do not tell the pace
 _FEWEST_LEGS = 2  # before anything is judged: the first one has the transients
 _BEYOND = 1e6  # times the largest state at the start, at least 1: a motion that comes so far diverges
-_BEFORE = 1e-4  # of a leg: as much before a run slides its samples end
 _ZOOMS = 4  # into the interval in which a run fails
 _LONGER = 4.0  # times a run that was too short is advised
 _WINDOWS = 100  # in a run: in each, more than half of the samples are near to a set on which the motion has settled
@@ -151,14 +149,9 @@ class _Record:
         self.start_equilibrium, self.first_span = _first_span(bare, start, compiled_system.tolerance)
 
     def advance(self, length: float) -> LongRun | None:
-        """Add a leg. Returns the whole run where it fails, or slides along a jump of the equations."""
+        """Add a leg. Returns the whole run where it fails."""
         grid = self.time + np.linspace(0.0, length, INTERVALS + 1)
-        try:
-            leg = self._integrate(grid, SlidingGuard(length, self._report))
-        except SlidingError as error:
-            before = max(1, int(np.searchsorted(grid, error.time - _BEFORE * length)))  # it may slide from the start
-            self._legs.append(self._integrate(grid[:before]))
-            return self.run(MotionKind.FAILED, failure=str(error))
+        leg = self._integrate(grid, self._report)
         self._legs.append(leg)
         if leg.failure is not None:
             return self._failed_run()

@@ -28,7 +28,6 @@ from wucht.numerics.ensembles.members import (
 from wucht.numerics.flow.compiled_batch import BatchIntegrator, CompiledBatch
 from wucht.numerics.flow.compiled_system import CompiledSystem
 from wucht.numerics.flow.integration import integrate
-from wucht.numerics.flow.sliding import SlidingGuard
 
 Check = Callable[[], None]  # raises if the work is to be stopped
 R = TypeVar("R")
@@ -122,9 +121,8 @@ class SequentialLanes:
         for lane in range(states.shape[1]):
             check()
             try:
-                guard = SlidingGuard(float(times[-1] - times[0]))
-                run = integrate(self.compiled_system, states[:, lane], lane_values[:, lane], times, guard).reraise_interrupt()
-            except RunError as error:  # the equations cannot be evaluated at its parameters, or the motion slides along a jump
+                run = integrate(self.compiled_system, states[:, lane], lane_values[:, lane], times).reraise_interrupt()
+            except RunError as error:  # the equations cannot be evaluated at its parameters
                 stops[lane] = Stop(float(times[0]), states[:, lane], Status.FAILED, str(error))
                 continue
             next_values[:, lane], end = run.final_parameter_values, run.end_state[: len(states)]

@@ -8,15 +8,13 @@ that only touches zero does not pass it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import sympy as sp
 
-from wucht.numerics.flow.program import Numbers, PointValues
-from wucht.numerics.flow.segments import LOOKAHEAD, ROUNDING, Lookahead, compile_lookahead
-from wucht.system import TIME, System
+from wucht.numerics.flow.compiled.segment_changes import AHEAD, ROUNDING
+from wucht.numerics.flow.program import Numbers
+from wucht.numerics.flow.system_code import SystemCode
 
 _SAME_PASSAGE = 4e-12  # relative to the time: so long a passage of zero is the one that was decided; integrators rest for 1e-12
 
@@ -39,6 +37,26 @@ class Coincidence:
     before: dict[int, float]
     after: dict[int, float]
 
+    @classmethod
+    def at(cls, code: SystemCode, time: float, state: np.ndarray, before: Numbers, after: Numbers) -> Coincidence:
+        """Return the events at an instant. before, after: the parameters of the equations until then, and from then on.
+
+        None where the equations cannot be evaluated around it: then the integrator alone has located what happens.
+        """
+        m = code.request_count
+        values, earlier = code.lookahead(time, state, before, -1)
+        with np.errstate(all="ignore"):
+            changes = np.abs(values - earlier)[:m] / AHEAD  # in a time of 1, or in as long as it is until now
+            noise = ROUNDING * np.maximum(values[m : 2 * m], changes)
+            # A function that was zero before has not come to this instant: it passes zero when it leaves it.
+            near = (np.abs(values[:m]) <= noise) & (changes > 0)
+            if not near.any():
+                return cls(time, {}, {}, {})
+            _, later = code.lookahead(time, state, after)
+            ends = time + max(1.0, abs(time)) * np.maximum(_SAME_PASSAGE, 4 * noise / changes)
+        columns = ({i: float(x[i]) for i in np.flatnonzero(near).tolist()} for x in (ends, np.sign(earlier), np.sign(later)))
+        return cls(time, *columns)
+
     def includes(self, index: int, time: float) -> bool:
         """True if a passage of zero at a time is the one of this instant."""
         return index in self.ends and abs(time - self.time) <= self.ends[index] - self.time
@@ -50,42 +68,3 @@ class Coincidence:
     def is_touched(self, index: int) -> bool:
         """True if the function of an event comes to zero and goes back."""
         return index in self.ends and self.before[index] * self.after[index] > 0
-
-
-@dataclass(frozen=True)
-class Coincidences:
-    """The requested events (m) of a System. lookahead: the values of their functions, and then the sizes of their rounding."""
-
-    lookahead: Lookahead
-
-    @classmethod
-    def of(cls, smooth: System, functions: Sequence[sp.Expr], rates: PointValues | None = None) -> Coincidences:
-        """Compile it from the smooth System, and the functions without piecewise ones. rates: see ``compile_lookahead``."""
-        explicit = [smooth.explicit(f) for f in functions]
-        sizes = [sp.Add(*(sp.Abs(sp.diff(f, s) * s) for s in (*smooth.states, TIME) if f.has(s))) for f in explicit]
-        return cls(compile_lookahead(smooth, [*functions, *sizes], rates))
-
-    def at(self, time: float, state: np.ndarray, before: Numbers, after: Numbers) -> Coincidence:
-        """Return the events at an instant. before, after: the parameters of the equations until then, and from then on.
-
-        None where the equations cannot be evaluated around it: then the integrator alone has located what happens.
-        """
-        try:
-            return self._at(time, state, before, after)
-        except (OverflowError, ValueError, ZeroDivisionError):
-            return Coincidence(time, {}, {}, {})
-
-    def _at(self, time: float, state: np.ndarray, before: Numbers, after: Numbers) -> Coincidence:
-        values, earlier = (np.array(x) for x in self.lookahead(time, state, before, -1))
-        m = len(values) // 2
-        changes = np.abs(values - earlier)[:m] / LOOKAHEAD[0]  # in a time of 1, or in as long as it is until now
-        noise = ROUNDING * np.maximum(values[m:], changes)
-        # A function that was zero before has not come to this instant: it passes zero when it leaves it.
-        near = (np.abs(values[:m]) <= noise) & (changes > 0)
-        if not near.any():
-            return Coincidence(time, {}, {}, {})
-        _, later = self.lookahead(time, state, after)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ends = time + max(1.0, abs(time)) * np.maximum(_SAME_PASSAGE, 4 * noise / changes)
-        columns = ({i: float(x[i]) for i in np.flatnonzero(near).tolist()} for x in (ends, np.sign(earlier), np.sign(later)))
-        return Coincidence(time, *columns)

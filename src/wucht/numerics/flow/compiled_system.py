@@ -13,13 +13,13 @@ import sympy as sp
 
 from wucht.earlier_names import present_engine
 from wucht.errors import WuchtError
-from wucht.numerics.flow.coincidences import Coincidences
 from wucht.numerics.flow.events import Event, LegResult
 from wucht.numerics.flow.explicit_integrator import ExplicitIntegrator
 from wucht.numerics.flow.implicit_integrator import ImplicitIntegrator
 from wucht.numerics.flow.jacobian import Jacobian
-from wucht.numerics.flow.program import Evaluator, Numbers, lower
-from wucht.numerics.flow.segments import Place, Segmentations, SegmentLocator, compile_place
+from wucht.numerics.flow.program import Evaluator, Numbers
+from wucht.numerics.flow.segment_locator import SegmentLocator
+from wucht.numerics.flow.segments import Segmentations
 from wucht.numerics.flow.system_code import SystemCode
 from wucht.system import System as System  # noqa: PLC0414 - re-exported
 
@@ -80,10 +80,6 @@ class CompiledSystem:
         Evaluates the System's outputs over arrays.
     locator : SegmentLocator, optional
         Locates the segments of piecewise functions in use; None where there are none.
-    jumps : callable, optional
-        Computes the gains of the quadratures where a piecewise function jumps; None if there are none.
-    coincidences : Coincidences, optional
-        Decides which of the requested events happen together with an interruption; None where none are requested.
 
     Notes
     -----
@@ -97,8 +93,6 @@ class CompiledSystem:
     engine: Engine = field(compare=False)
     outputs: Evaluator = field(compare=False)
     locator: SegmentLocator | None = field(default=None, compare=False)
-    jumps: Place | None = field(default=None, compare=False)
-    coincidences: Coincidences | None = field(default=None, compare=False)
 
 
 def known_engine(name: str | None) -> str:
@@ -139,27 +133,15 @@ def compile_system(
     expressions += [e for q in system.quadratures for e in (q.expression, q.jump)]
     segmentations = Segmentations.of([sp.sympify(e) for e in expressions])
     smooth = _smooth(system, segmentations)
-    all_events = (*events, *segmentations.events())
-    event_program = lower(smooth, tuple(segmentations.smooth(e.expression) for e in all_events))
-    code = SystemCode.of(smooth, lower(smooth, smooth.derivatives), all_events, event_program)
+    jumps = [q.jump for q in system.quadratures] if segmentations and any(q.jump != 0 for q in system.quadratures) else []
+    code = SystemCode.of(smooth, segmentations, events, [_PER_UNIT * segmentations.smooth(sp.sympify(jump)) for jump in jumps])
+    locator = SegmentLocator.of(code, smooth) if segmentations else None
     if engine == RADAU:
         new_integrator: Callable[[], Integrator] = partial(ImplicitIntegrator, code, Jacobian.of(smooth), tolerance)
     else:
-        new_integrator = partial(ExplicitIntegrator, code, tolerance)
-    jumps = None
-    if segmentations and any(q.jump != 0 for q in system.quadratures):
-        gains = [segmentations.smooth(sp.sympify(q.jump)) for q in system.quadratures]
-        jumps = compile_place(smooth, gains)
+        new_integrator = partial(ExplicitIntegrator, code, locator, tolerance)
     return CompiledSystem(
-        system,
-        all_events,
-        tolerance,
-        engine,
-        Engine(code, new_integrator),
-        Evaluator.of_outputs(system),
-        SegmentLocator.of(segmentations, smooth, code.rates) if segmentations else None,
-        jumps,
-        Coincidences.of(smooth, [segmentations.smooth(e.expression) for e in events], code.rates) if events else None,
+        system, code.events, tolerance, engine, Engine(code, new_integrator), Evaluator.of_outputs(system), locator
     )
 
 

@@ -71,7 +71,8 @@ class Hit:
 class LegResult:
     """Result of one leg: samples up to the end or the interrupting event, whichever came first.
 
-    lowest: the lowest values of the event functions (m,) in it; None from an integrator that does not observe them.
+    segments: values of the additional parameters at its end, lowest_arguments: see ``Trajectory``; None from an integrator that
+    neither changes nor observes them.
     """
 
     states: np.ndarray
@@ -79,7 +80,8 @@ class LegResult:
     state: np.ndarray
     hits: tuple[Hit, ...]
     stopped_by: int | None
-    lowest: np.ndarray | None = None
+    segments: np.ndarray | None = None
+    lowest_arguments: np.ndarray | None = None
 
 
 class LegError(RunError):
@@ -101,3 +103,15 @@ class LegError(RunError):
         largest = sorted(zip(names, state, strict=False), key=lambda p: -abs(p[1]))[:4]
         listing = ", ".join(f"{name} = {value:.4g}" for name, value in largest)
         return f"the integration failed at t = {time:.6g}: {self} (largest states of the last sample: {listing}). {self.remedy}"
+
+
+class SlidingError(LegError):
+    """Error of a motion that slides along a jump of the equations, which have no solution beyond."""
+
+    def __init__(self, samples: np.ndarray) -> None:
+        reason = "the motion slides along a jump of the equations, which switch to and fro there while time stands still"
+        super().__init__(reason, "Replace sign(v) by a steep tanh(v/0.001)", samples)
+
+    def __reduce__(self) -> tuple[type[SlidingError], tuple[np.ndarray]]:  # type: ignore[override]
+        """Support pickling, so that the error can be raised in another process."""
+        return SlidingError, (self.samples,)

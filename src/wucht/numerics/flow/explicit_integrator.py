@@ -12,117 +12,150 @@ from enum import IntEnum
 import numpy as np
 
 from wucht.numerics.flow import step_sizes
-from wucht.numerics.flow.compiled import leg_stepper
+from wucht.numerics.flow.compiled import leg_memory, leg_stepper
 from wucht.numerics.flow.compiled.dormand_prince import (
     ALL_STAGES,
-    DENSE_ROWS,
     NODES,
     ROW_BEGINS,
     ROW_STAGES,
     ROW_WEIGHTS,
     SMALLEST_TOLERANCE,
 )
-from wucht.numerics.flow.compiled.leg_stepper import LegMemory
+from wucht.numerics.flow.compiled.leg_memory import LegMemory
 from wucht.numerics.flow.compiled.machine_code import compile_stepper
 from wucht.numerics.flow.cool_downs import CoolDowns
-from wucht.numerics.flow.events import NOT_FINITE, Hit, LegError, LegResult
+from wucht.numerics.flow.events import NOT_FINITE, Hit, LegError, LegResult, SlidingError
 from wucht.numerics.flow.program import Numbers
+from wucht.numerics.flow.segment_locator import SegmentLocator
 from wucht.numerics.flow.step_sizes import step_limit_error
-from wucht.numerics.flow.system_code import EVENT_VALUES, RATES, SystemCode
+from wucht.numerics.flow.system_code import SystemCode
 
 _ROOM = 64  # for the hits of a leg, to begin with
+_CONSTANTS = ("constants", "event_constants", "instant_constants")  # of rates, event functions, values of an instant
 
 
 class Ending(IntEnum):
     """How a leg of the stepper ended."""
 
-    END, EVENT, NO_STEPS_LEFT, NOT_FINITE, NO_ROOM = (
-        leg_stepper.END, leg_stepper.EVENT, leg_stepper.NO_STEPS_LEFT, leg_stepper.NOT_FINITE, leg_stepper.NO_ROOM
-    )  # fmt: skip
+    END = leg_memory.END
+    EVENT = leg_memory.EVENT
+    NO_STEPS_LEFT = leg_memory.NO_STEPS_LEFT
+    NOT_FINITE = leg_memory.NOT_FINITE
+    NO_ROOM = leg_memory.NO_ROOM
+    STANDING_STILL = leg_memory.STANDING_STILL
 
 
 class ExplicitIntegrator:
-    """An integrator of one run: the memory in which the stepper works."""
+    """An integrator of one run: the memory in which the stepper works. locator: where there are piecewise functions."""
 
-    def __init__(self, code: SystemCode, tolerance: float) -> None:
-        n, m = len(code.program.states), len(code.events)
-        width = -(-n // leg_stepper.BLOCK) * leg_stepper.BLOCK
-        self._code, self._cool_downs = code, CoolDowns(code.rates, code.event_values, code.events)
+    def __init__(self, code: SystemCode, locator: SegmentLocator | None, tolerance: float) -> None:
+        n, m, s = len(code.is_angle), len(code.events), len(code.segmentations.segmentations)
+        width = -(-n // leg_memory.BLOCK) * leg_memory.BLOCK
+        self._code, self._locator = code, locator
+        self._cool_downs = CoolDowns(code.rates, code.event_values, code.events)
         self._advance_leg = compile_stepper(leg_stepper.advance)
-        self._parameters, self._constants, self._event_constants = np.empty(0), np.empty(0), np.empty(0)
-        self._state, self._clock, self._counts = np.zeros(width), np.zeros(1), np.zeros(4, np.int64)
-        self._cool_ends, self._cool_signs, self._lowest = np.empty(m), np.empty(m), np.empty(m)
-        rows = {"k": ALL_STAGES, "dense": DENSE_ROWS + 3, "point": 1, "next_state": 1, "errors": 1, "zero": 1}
+        self._parameters, self._constants = np.empty(0), dict.fromkeys(_CONSTANTS, np.empty(0))
+        rows = {"k": ALL_STAGES, "dense": leg_memory.ROWS, "point": 1, "next_state": 1, "errors": 1, "zero": 1, "state": 1}
         self._memory: dict[str, np.ndarray] = {name: np.zeros(count * width) for name, count in rows.items()}
+        self._memory |= {name: np.empty(m) for name in ("cool_ends", "cool_signs", "lowest")}
+        self._memory |= {} if locator is None else locator.tables
+        instant_count = len(code.instant.program.results)
         self._memory |= {
-            "state": self._state, "clock": self._clock, "counts": self._counts, "values": np.zeros(leg_stepper.VALUE_ROWS * m),
-            "cool_ends": self._cool_ends, "cool_signs": self._cool_signs, "lowest": self._lowest, "nodes": NODES,
-            "row_weights": ROW_WEIGHTS, "row_places": ROW_STAGES * width, "row_begins": ROW_BEGINS, "is_angle": code.is_angle,
+            "clock": np.zeros(1), "counts": np.zeros(4, np.int64), "values": np.zeros(leg_memory.VALUE_ROWS * m),
+            "nodes": NODES, "row_weights": ROW_WEIGHTS,
+            "row_places": ROW_STAGES * width, "row_begins": ROW_BEGINS, "is_angle": code.is_angle,
             "event_kinds": np.array([[e.direction for e in code.events], [e.interrupts for e in code.events]], np.int64),
+            "event_segments": np.array([-1 if e.switch is None else e.switch[0] for e in code.events], np.int64),
+            "segment": np.zeros(s, np.int64), "lowest_arguments": np.empty(s), "instants": np.empty(4 * instant_count),
         }  # fmt: skip
-        self._fields: dict[str, float] = {name: array.ctypes.data for name, array in self._memory.items()} | {
+        self._fields: dict[str, float] = dict.fromkeys(LegMemory._fields, 0)
+        self._fields |= {name: array.ctypes.data for name, array in self._memory.items()} | {
             "n": n, "width": width, "m": m, "tolerance": max(tolerance, SMALLEST_TOLERANCE),
-            "rates": code.machine_code.addresses[RATES], "functions": code.machine_code.addresses[EVENT_VALUES],
+            "request_count": code.request_count, "rates": code.rates.address, "functions": code.event_values.address,
+            "instant": code.instant.address,
+            "segmentation_count": s, "instant_count": instant_count, "gain_count": code.gain_count,
         }  # fmt: skip
 
     @property
     def time(self) -> float:
         """Time reached."""
-        return float(self._clock[0])
+        return float(self._memory["clock"][0])
 
     @property
     def state(self) -> np.ndarray:
         """State reached, (n,)."""
-        return self._state[: len(self._code.program.states)].copy()
+        return self._memory["state"][: len(self._code.is_angle)].copy()
 
     def start(self, time: float, state: np.ndarray, parameter_values: Numbers) -> None:
         """Place the integrator."""
         self._place(time, state)
-        if not np.array_equal(parameter_values, self._parameters):
-            self._constants = self._code.program.constant_values(parameter_values)
-            self._event_constants = self._code.event_program.constant_values(parameter_values)
+        if self._locator is not None or not np.array_equal(parameter_values, self._parameters):
             self._parameters = np.array(parameter_values, float)
-        self._cool_downs.start(time, np.asarray(state), self._constants, self._event_constants)
+            codes = (self._code.rates, self._code.event_values, self._code.instant)
+            constants = (code.program.constant_values(parameter_values) for code in codes)
+            self._constants = {name: values.copy() for name, values in zip(_CONSTANTS, constants, strict=True)}
+        if self._locator is not None:
+            self._memory["segment"][:] = self._locator.numbers(self._parameters[-self._segment_width :])
+        self._cool_downs.start(time, np.asarray(state), self._constants["constants"], self._constants["event_constants"])
+
+    @property
+    def _segment_width(self) -> int:
+        """Numbers of the segments in use: the last of the parameters, and of each code's constants."""
+        return len(self._code.segmentations.symbols)
 
     def forget_events(self) -> None:
         """Clear the cool-downs: another part of the run begins."""
         self._cool_downs.clear()
 
     def _place(self, time: float, state: np.ndarray) -> None:
-        self._clock[0], self._state[: len(state)] = time, state
+        self._memory["clock"][0], self._memory["state"][: len(state)] = time, state
 
     def leg(self, grid: np.ndarray) -> LegResult:
-        """Advance over the grid (m,). Raises ``LegError`` when the state ceases to be finite or steps run out."""
+        """Advance over the grid (m,). Raises ``LegError`` when the state or time stops, or steps run out."""
         begin, state, room, ending = self.time, self.state, _ROOM, Ending.NO_ROOM
         samples, times = np.empty((len(grid), len(state))), np.ascontiguousarray(grid)
+        constants = {name: values.copy() for name, values in self._constants.items()}
+        segment = self._memory["segment"].copy()
         while ending is Ending.NO_ROOM:  # for the hits: so many are seldom in one leg, which is repeated
             self._place(begin, state)
+            self._memory["segment"][:] = segment
+            for name, values in constants.items():
+                self._constants[name][:] = values
             hit_events, hits, room = np.empty(room, np.int64), np.empty((room, 1 + len(state))), 16 * room
-            ending = self._advance(times, samples, hit_events, hits)
-        sample_count, hit_count, _, stopped_by = self._counts.tolist()
+            ending = self._advance({"grid": times, "samples": samples, "hit_events": hit_events, "hits": hits})
+        sample_count, hit_count, _, stopped_by = self._memory["counts"].tolist()
         result = samples[:sample_count].T
         if ending is Ending.NOT_FINITE:
             raise LegError(*NOT_FINITE, result)
+        if ending is Ending.STANDING_STILL:
+            raise SlidingError(result)
         if ending is Ending.NO_STEPS_LEFT:
             raise step_limit_error(result, begin, self.time)
-        events, time, state, lowest = self._code.events, self.time, self.state, self._lowest.copy()
+        events, time, state = self._code.events, self.time, self.state
         records = zip(hit_events[:hit_count].tolist(), hits[:hit_count], strict=True)
-        in_order = sorted((Hit(events[i].name, float(h[0]), h[1:].copy()) for i, h in records), key=lambda hit: hit.time)
-        if ending is Ending.END:
-            return LegResult(result, time, state, tuple(in_order), None, lowest)
-        self._cool_downs.add(stopped_by, time, state)
-        return LegResult(result, time, state, (*in_order, Hit(events[stopped_by].name, time, state)), stopped_by, lowest)
+        hits_in_order = sorted((Hit(events[i].name, float(h[0]), h[1:].copy()) for i, h in records), key=lambda hit: hit.time)
+        self._keep_cool_downs()
+        if ending is Ending.EVENT:
+            self._cool_downs.add(stopped_by, time, state)
+            hits_in_order.append(Hit(events[stopped_by].name, time, state))
+        stopping = stopped_by if ending is Ending.EVENT else None
+        if self._locator is None:
+            return LegResult(result, time, state, tuple(hits_in_order), stopping)
+        in_use = self._constants["event_constants"][-self._segment_width :].copy()
+        return LegResult(result, time, state, tuple(hits_in_order), stopping, in_use, self._memory["lowest_arguments"].copy())
 
-    def _advance(self, grid: np.ndarray, samples: np.ndarray, hit_events: np.ndarray, hits: np.ndarray) -> Ending:
-        self._cool_ends[:], self._lowest[:] = -np.inf, np.inf
+    def _keep_cool_downs(self) -> None:
+        """Keep the cool-downs that are not over: those of the last change of segments, where there was one."""
+        ends, signs = self._memory["cool_ends"], self._memory["cool_signs"]
+        self._cool_downs.by_event = {int(i): (float(ends[i]), float(signs[i])) for i in np.flatnonzero(ends >= self.time)}
+
+    def _advance(self, arrays: dict[str, np.ndarray]) -> Ending:
+        self._memory["cool_ends"][:], self._memory["lowest"][:] = -np.inf, np.inf
+        self._memory["lowest_arguments"][:] = np.inf
         for i, (end, sign) in self._cool_downs.by_event.items():
-            self._cool_ends[i], self._cool_signs[i] = end, sign
-        arrays = {
-            "constants": self._constants, "event_constants": self._event_constants, "grid": grid, "samples": samples,
-            "hit_events": hit_events, "hits": hits,
-        }  # fmt: skip
-        addresses = {name: array.ctypes.data for name, array in arrays.items()}
-        fields = (
-            self._fields | addresses | {"grid_count": len(grid), "room": len(hit_events), "most_steps": step_sizes.MAX_STEPS}
-        )
+            self._memory["cool_ends"][i], self._memory["cool_signs"][i] = end, sign
+        fields = self._fields | {name: array.ctypes.data for name, array in (arrays | self._constants).items()}
+        fields |= {"grid_count": len(arrays["grid"]), "room": len(arrays["hit_events"]), "most_steps": step_sizes.MAX_STEPS}
+        tails = (len(values) - self._segment_width for values in self._constants.values())
+        fields |= dict(zip(("rates_tail", "event_tail", "instant_tail"), tails, strict=True))
         return Ending(self._advance_leg(*(fields[name] for name in LegMemory._fields)))

@@ -23,20 +23,20 @@ _REMEDY = "Look for a parameter that is off by a factor of thousands, or try eng
 
 
 class ImplicitIntegrator:
-    """An integrator of one run. time, state (n,): the values reached."""
+    """An integrator of one run. time, state (n,): the values reached. evaluation_count: of the rates in the last leg."""
 
     def __init__(self, code: SystemCode, jacobian: Jacobian, tolerance: float) -> None:
         self._code, self._jacobian, self._tolerance = code, jacobian, max(tolerance, _SMALLEST_TOLERANCE)
-        self.time, self.state = 0.0, np.zeros(len(code.program.states))
+        self.time, self.state = 0.0, np.zeros(len(code.rates.program.states))
         self._cool_downs = CoolDowns(code.rates, code.event_values, code.events)
         self._parameters, self._constants, self._event_constants = np.empty(0), np.empty(0), np.empty(0)
-        self._evaluation_count = 0
+        self.evaluation_count = 0
 
     def start(self, time: float, state: np.ndarray, parameter_values: Numbers) -> None:
         """Place the integrator."""
         self.time, self.state, self._parameters = time, np.array(state, dtype=float), np.array(parameter_values, float)
-        self._constants = self._code.program.constant_values(parameter_values)
-        self._event_constants = self._code.event_program.constant_values(parameter_values)
+        self._constants = self._code.rates.program.constant_values(parameter_values)
+        self._event_constants = self._code.event_values.program.constant_values(parameter_values)
         self._cool_downs.start(time, self.state, self._constants, self._event_constants)
 
     def forget_events(self) -> None:
@@ -67,8 +67,8 @@ class ImplicitIntegrator:
         return function
 
     def _rates(self, t: float, y: np.ndarray) -> np.ndarray:
-        self._evaluation_count += 1
-        if self._evaluation_count > step_sizes.MAX_STEPS:
+        self.evaluation_count += 1
+        if self.evaluation_count > step_sizes.MAX_STEPS:
             self.time = t
             reason = f"{step_sizes.MAX_STEPS} evaluations of the rates were not enough for one leg"
             raise LegError(reason, _REMEDY, np.empty((len(y), 0)))
@@ -82,7 +82,7 @@ class ImplicitIntegrator:
         """Advance over the grid (m,). Raises ``LegError`` when the integration fails."""
         from scipy.integrate import solve_ivp
 
-        functions, self._evaluation_count = [self._event_function(i) for i in range(len(self._code.events))], 0
+        functions, self.evaluation_count = [self._event_function(i) for i in range(len(self._code.events))], 0
         end = float(grid[-1])
         if end <= self.time:
             return LegResult(np.tile(self.state, (len(grid), 1)).T, self.time, self.state, (), None)

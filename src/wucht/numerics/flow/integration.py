@@ -9,11 +9,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from wucht.errors import RunError
-from wucht.numerics.flow.coincidences import same_instant_until
+from wucht.numerics.flow.coincidences import Coincidence, same_instant_until
+from wucht.numerics.flow.compiled.leg_stepper import MOST_STILL, STILL
 from wucht.numerics.flow.compiled_system import CompiledSystem, Integrator
-from wucht.numerics.flow.events import Hit, LegError, LegResult
+from wucht.numerics.flow.events import Hit, LegError, LegResult, SlidingError
 from wucht.numerics.flow.program import Numbers
 from wucht.numerics.flow.step_sizes import UNKNOWN, advice
+from wucht.numerics.flow.system_code import SystemCode
 from wucht.numerics.flow.trajectory import Trajectory
 
 _SAMPLES_A_LEG = 1024
@@ -29,7 +31,8 @@ class Integration:
     before: their values (m,) at the beginning of the leg: the integrator accumulates only the gains of the leg, so that a large
     work does not loosen its tolerance. times, states: samples, leg by leg, ``done`` in all. decided_until: the time until which
     a passage of zero of each requested event is the one that was decided last. segments: those in use.
-    sample_parameter_values: those at the last sample. lowest_arguments: see ``Trajectory``.
+    sample_parameter_values: those at the last sample. lowest_arguments: see ``Trajectory``. still_count: stops in succession
+    while time stood still.
     """
 
     compiled_system: CompiledSystem
@@ -48,6 +51,8 @@ class Integration:
     segments: np.ndarray = field(default_factory=lambda: np.empty(0))
     sample_parameter_values: np.ndarray = field(default_factory=lambda: np.empty(0))
     lowest_arguments: np.ndarray | None = None
+    still_count: int = 0
+    last_stop: float = -math.inf
 
     def start(self) -> None:
         """Place the integrator at the beginning."""
@@ -55,9 +60,9 @@ class Integration:
         self.sample_parameter_values, self.before = self.parameter_values, self.state[len(self.compiled_system.system.states) :]
         if locator is not None:
             self.segments = locator.start(time, self.state, self._system_parameters)
-        if self.compiled_system.coincidences is not None:  # the run may continue another: it starts beyond the events there
+        if self._code.request_count:  # the run may continue another: it starts beyond the events there
             state, parameters = self._convert_units(self.state), self._all_parameters
-            self.decided_until = self.compiled_system.coincidences.at(time, state, parameters, parameters).ends
+            self.decided_until = Coincidence.at(self._code, time, state, parameters, parameters).ends
         self.integrator.forget_events()
         self._place(time, self._convert_units(self.state))
 
@@ -74,6 +79,10 @@ class Integration:
     def time(self) -> float:
         """Time reached."""
         return self.integrator.time
+
+    @property
+    def _code(self) -> SystemCode:
+        return self.compiled_system.engine.code
 
     @property
     def _system_parameters(self) -> np.ndarray:
@@ -100,15 +109,26 @@ class Integration:
             self._begin_leg()
         leg = self.integrator.leg(piece)
         self._record(piece, leg.states)
-        if self.compiled_system.locator is not None and leg.lowest is not None:
-            lowest = self.compiled_system.locator.lowest_arguments(leg.lowest, self.segments)
-            self.lowest_arguments = lowest if self.lowest_arguments is None else np.minimum(lowest, self.lowest_arguments)
+        if leg.segments is not None:
+            self.segments = leg.segments
+        if leg.lowest_arguments is not None:
+            before = leg.lowest_arguments if self.lowest_arguments is None else self.lowest_arguments
+            self.lowest_arguments = np.minimum(leg.lowest_arguments, before)
         self.sample_parameter_values = self.parameter_values
-        if leg.stopped_by is not None or self.compiled_system.locator or self.compiled_system.coincidences:
+        if leg.stopped_by is not None or self.compiled_system.locator or self._code.request_count:
             self._end_leg(leg)
+        self._refuse_standstill(leg)
         if len(self.hits) > _MOST_HITS:
             raise LegError(f"more than {_MOST_HITS} events happened", "Look for an event that repeats", leg.states[:, :0])
         return self.done < len(self.grid) and self.stopped_by is None
+
+    def _refuse_standstill(self, leg: LegResult) -> None:
+        """Raise ``LegError`` where a run stops again and again while time stands still: it slides along a jump."""
+        if leg.stopped_by is not None:
+            stands = leg.time - self.last_stop < STILL * max(1.0, abs(leg.time))
+            self.still_count, self.last_stop = self.still_count + 1 if stands else 0, leg.time
+        if self.still_count > MOST_STILL:
+            raise SlidingError(leg.states[:, :0])
 
     def _record(self, piece: np.ndarray, samples: np.ndarray) -> None:
         count = samples.shape[1]
@@ -136,10 +156,10 @@ class Integration:
 
         before: the parameters of its equations.
         """
-        if self.compiled_system.coincidences is None:
+        if not self._code.request_count:
             return []
         events, index = self.compiled_system.events, leg.stopped_by
-        now = self.compiled_system.coincidences.at(leg.time, leg.state, before, self._all_parameters)
+        now = Coincidence.at(self._code, leg.time, leg.state, before, self._all_parameters)
         numbers = {e.name: i for i, e in enumerate(events) if e.switch is None}
         for hit in leg.hits:
             i = numbers.get(hit.name, index)  # that of a breakpoint is none
@@ -181,12 +201,7 @@ class Integration:
         """Correct a sample exactly at a breakpoint: it lacks the quadratures' gain, and outputs are evaluated on the right."""
         block = next((s for s in reversed(self.states) if s.shape[1]), None)
         at, locator = float(self.grid[self.done - 1]), self.compiled_system.locator
-        if (
-            block is None
-            or locator is None
-            or self.compiled_system.jumps is None
-            or abs(at - time) > 1e-12 * max(1.0, abs(time))
-        ):
+        if block is None or locator is None or not self._code.gain_count or abs(at - time) > 1e-12 * max(1.0, abs(time)):
             return
         state = self._convert_units(block[:, -1])
         segments = locator.right_values(at, state, self._system_parameters, self.segments)
@@ -194,14 +209,14 @@ class Integration:
 
     def _apply_jumps(self, time: float, state: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
         """Return the state with the gains of the quadratures from the change of segments."""
-        if self.compiled_system.jumps is None:
+        if not self._code.gain_count:
             return state
-        n = len(self.compiled_system.system.states)
         old, new = (
-            np.array(self.compiled_system.jumps(time, state, np.concatenate([self._system_parameters, segments])))
+            self._code.instant.at(time, state, np.concatenate([self._system_parameters, segments]))[-self._code.gain_count :]
             for segments in (before, after)
         )
-        return np.concatenate([state[:n], state[n:] + (new - old) / self.unit])
+        n = len(self.compiled_system.system.states)
+        return np.concatenate([state[:n], state[n:] + (new - old)])
 
     def record_failure(self, error: LegError) -> str:
         """Record the last samples of a failed leg; returns the sentence."""
@@ -215,7 +230,11 @@ class Integration:
 
     def _advice(self, step: float) -> str:
         """Return advice for the state in which steps ran out."""
-        system, program, state = self.compiled_system.system, self.compiled_system.engine.code.program, self.integrator.state
+        system, program, state = (
+            self.compiled_system.system,
+            self.compiled_system.engine.code.rates.program,
+            self.integrator.state,
+        )
         function, n = program.function("math"), len(system.states)
         constants = program.constant_values(np.concatenate([self._system_parameters, self.segments])).tolist()
 
@@ -228,7 +247,7 @@ class Integration:
         except (OverflowError, ValueError, ZeroDivisionError):
             return UNKNOWN
 
-    def trajectory(self, failure: str | None, is_interrupted: bool) -> Trajectory:
+    def trajectory(self, failure: str | None, is_interrupted: bool, is_sliding: bool) -> Trajectory:
         """Return the trajectory computed so far."""
         if not self.done:
             self.times, self.states = [self.grid[:1]], [self.state[:, None]]
@@ -248,6 +267,7 @@ class Integration:
             failure,
             is_interrupted,
             self.lowest_arguments,
+            is_sliding,
         )
 
 
@@ -304,7 +324,7 @@ def integrate(
     run = Integration(
         compiled_system, compiled_system.engine.acquire(), state, parameter_values, grid, 2.0 ** round(math.log2(unit))
     )
-    failure, is_interrupted = None, False
+    failure, is_interrupted, is_sliding = None, False, False
     try:
         run.start()
         more = True
@@ -315,8 +335,8 @@ def integrate(
     except KeyboardInterrupt:
         is_interrupted = True
     except LegError as error:
-        failure = run.record_failure(error)
-    trajectory = run.trajectory(failure, is_interrupted)
+        failure, is_sliding = run.record_failure(error), isinstance(error, SlidingError)
+    trajectory = run.trajectory(failure, is_interrupted, is_sliding)
     if failure is None and not is_interrupted:  # else it may have stopped anywhere
         compiled_system.engine.release(run.integrator)
     return trajectory

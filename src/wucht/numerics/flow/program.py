@@ -126,17 +126,25 @@ class _Folder:
         return e.func(*(self.fold(a) for a in e.args))
 
 
-def lower(system: System, results: Sequence[sp.Expr]) -> Program:
-    """Build the program that computes ``results`` from a System's states and parameters, with the definitions they need."""
+def lower(system: System, results: Sequence[sp.Expr], changing: tuple[sp.Symbol, ...] = ()) -> Program:
+    """Build the program that computes ``results`` from a System's states and parameters, with the definitions they need.
+
+    changing: parameters whose values change during a run. They are the last constants, and no other constant depends on them.
+    """
     expressions = tuple(map(sp.sympify, results))
-    return _lower(system.states, system.parameters, tuple(needed_definitions(system.definitions, expressions)), expressions)
+    definitions = tuple(needed_definitions(system.definitions, expressions))
+    return _lower(system.states, system.parameters, definitions, expressions, changing)
 
 
 @derived_once
 def _lower(
-    states: tuple[sp.Symbol, ...], parameters: tuple[sp.Symbol, ...], definitions: Assignments, results: tuple[sp.Expr, ...]
+    states: tuple[sp.Symbol, ...],
+    parameters: tuple[sp.Symbol, ...],
+    definitions: Assignments,
+    results: tuple[sp.Expr, ...],
+    changing: tuple[sp.Symbol, ...],
 ) -> Program:
-    folder, lines = _Folder({*states, TIME}), []
+    folder, lines = _Folder({*states, TIME, *changing}), []
     # Definitions that are substituted: constants, multiples of one symbol or wave, and repetitions of a previous definition.
     substitutions: dict[sp.Symbol, sp.Expr] = {}
     first: dict[sp.Expr, sp.Symbol] = {}
@@ -155,7 +163,7 @@ def _lower(
             first[folded_expression] = symbol
             lines.append((symbol, folded_expression))
     folded_results = tuple(folder.fold(r.xreplace(substitutions)) for r in results)
-    constants = tuple((symbol, expression) for expression, symbol in folder.constants.items())
+    constants = (*((symbol, expression) for expression, symbol in folder.constants.items()), *((s, s) for s in changing))
     return Program(states, parameters, constants, tuple(lines), folded_results)
 
 

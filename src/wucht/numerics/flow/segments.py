@@ -9,36 +9,19 @@ from __future__ import annotations
 
 import itertools
 from bisect import bisect_right
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, TypeVar
 
 import numpy as np
 import sympy as sp
 
-from wucht.numerics.flow.events import NOT_FINITE, Event, LegError
-from wucht.numerics.flow.program import Numbers, PointValues, lower
+from wucht.numerics.flow.compiled.segment_changes import AHEAD, END_MARGIN, ROUNDING
+from wucht.numerics.flow.events import Event
 from wucht.piecewise import Pieces, PiecewiseCubic
 from wucht.system import TIME, System
 
 _ENDS = 4
-LOOKAHEAD = (1e-9, 1e-5)  # relative to the time: how far ahead where an argument lies on a breakpoint; the second from rest
-END_MARGIN = 2e-15  # of the largest number that occurs: smallest distance of a segment's end beyond its argument
-ROUNDING = (
-    1000 * np.finfo(float).eps
-)  # of the largest number that occurs, and of the time: a nearer argument is on its breakpoint
-
-Place = Callable[[float, np.ndarray, Numbers], list[float]]
-Result = TypeVar("Result", list[float], tuple[list[float], list[float]])
-
-
-class Lookahead(Protocol):
-    """Values of expressions at a time and state, and a little later; direction -1: a little earlier."""
-
-    def __call__(  # noqa: D102
-        self, time: float, state: np.ndarray, parameter_values: Numbers, direction: int = 1
-    ) -> tuple[list[float], list[float]]: ...
 
 
 @dataclass(frozen=True)
@@ -84,8 +67,8 @@ class Segmentation:
         return max(float(np.ptp(self.breakpoints)), float(np.abs(self.breakpoints).max())) or 1.0
 
     @cached_property
-    def _rows(self) -> tuple[tuple[float, ...], ...]:
-        """Values of the symbols on each segment: its ends, their flags, and origin and coefficients of each function."""
+    def rows(self) -> np.ndarray:
+        """Values of the symbols on each segment (k + 1, s): its ends, their flags, and origin and coefficients of functions."""
         lows, highs = np.append(-np.inf, self.breakpoints), np.append(self.breakpoints, np.inf)
         columns = [np.where(np.isfinite(x), x, 0.0) for x in (lows, highs)]
         columns += [np.isfinite(x).astype(float) for x in (lows, highs)]
@@ -93,7 +76,13 @@ class Segmentation:
             # The piece that holds on a segment is the one that holds at its beginning.
             piece = np.searchsorted(f.breakpoints, lows, side="right")
             columns += [np.array(f.origins)[piece], *np.array(f.coefficients)[piece, : f.degree + 1].T]
-        return tuple(map(tuple, np.stack(columns, axis=1).tolist()))
+        return np.stack(columns, axis=1)
+
+    @cached_property
+    def _numbers(self) -> list[list[float]]:
+        """The rows as numbers, which are read faster than a short array."""
+        numbers: list[list[float]] = self.rows.tolist()
+        return numbers
 
     def locate(self, value: float, ahead: float, size: float) -> int:
         """Return the segment of an argument; on a breakpoint that to which it moves. size: of the numbers in its formula.
@@ -102,7 +91,7 @@ class Segmentation:
         """
         nearest = self.nearest(value)
         near = self._places[nearest]
-        rounding = ROUNDING * max(self.scale, size, abs(ahead - value) / LOOKAHEAD[0])
+        rounding = ROUNDING * max(self.scale, size, abs(ahead - value) / AHEAD)
         if abs(value - near) <= rounding and ahead != value:
             return nearest + 1 if ahead > value else nearest
         return bisect_right(self._places, value)
@@ -131,7 +120,7 @@ class Segmentation:
 
     def polynomial_values(self, index: int) -> list[float]:
         """Return the values of origins and coefficients on a segment."""
-        return list(self._rows[index][_ENDS:])
+        return list(self._numbers[index][_ENDS:])
 
     def segment(self, index: int, value: float | None = None, size: float = 1.0) -> list[float]:
         """Return the values of the symbols on a segment; segment i begins at breakpoint i - 1. value: of the argument.
@@ -139,7 +128,7 @@ class Segmentation:
         An event whose function begins a step at zero, or beyond it, would be missed: so the ends are set a few roundings beyond
         an argument that lies on them.
         """
-        low, high, has_low, has_high, *rest = self._rows[index]
+        low, high, has_low, has_high, *rest = self._numbers[index]
         if value is not None:
             behind = END_MARGIN * max(self.scale, size)
             low = min(low, value - behind) if has_low else low
@@ -205,148 +194,7 @@ class Segmentations:
         )
 
 
-@dataclass(frozen=True)
-class SegmentLocator:
-    """Locator of the segments in use at a time and state. place: values of the arguments. lookahead: these, and a little later.
-    state_indices: for each argument, the indices of the states (the time last) from which it is computed."""
-
-    segmentations: tuple[Segmentation, ...]
-    place: Place
-    lookahead: Lookahead
-    state_indices: tuple[tuple[int, ...], ...]
-
-    @classmethod
-    def of(cls, segmentations: Segmentations, smooth: System, rates: PointValues | None = None) -> SegmentLocator:
-        """Compile the locator from the smooth System. rates: see ``compile_lookahead``."""
-        arguments = [s.argument for s in segmentations.segmentations]
-        return cls(
-            segmentations.segmentations,
-            compile_place(smooth, arguments),
-            compile_lookahead(smooth, arguments, rates),
-            indices_in(arguments, smooth),
-        )
-
-    def start(self, time: float, state: np.ndarray, parameter_values: np.ndarray) -> np.ndarray:
-        """Return the values of the additional parameters at the start of a run. parameter_values: those of the System."""
-        segments, sizes = [0] * len(self.segmentations), self._sizes(time, state)
-        for _ in self.segmentations:  # an argument may depend on another one's segment; rates may be infinite on wrong ones
-            arguments = self._finite(self.place, time, state, np.concatenate([parameter_values, self._values(segments)]))
-            segments = [x.locate(h, h, size) for x, h, size in zip(self.segmentations, arguments, sizes, strict=True)]
-        for _ in range(len(self.segmentations) + 1):
-            arguments, ahead = self._lookahead(time, state, np.concatenate([parameter_values, self._values(segments)]))
-            segments = [x.locate(*at) for x, *at in zip(self.segmentations, arguments, ahead, sizes, strict=True)]
-        return self._values(segments, arguments, sizes)
-
-    def values_after_event(
-        self, time: float, state: np.ndarray, parameter_values: np.ndarray, values: np.ndarray, event: tuple[int, int] | None
-    ) -> np.ndarray:
-        """Return the values after an event: the segmentation that reached an end of its segment and the direction, or None.
-
-        Where two arguments reach a breakpoint together only one event may be reported, and an argument that has just passed a
-        breakpoint may by rounding lie before it: so the other segments are located from their arguments now and a little later.
-        """
-        segments = self._segments(values)
-        if event is not None:
-            segments[event[0]] += event[1]
-        arguments, ahead = self._lookahead(time, state, np.concatenate([parameter_values, self._values(segments)]))
-        sizes = self._sizes(time, state)
-        for i, segmentation in enumerate(self.segmentations):
-            if event is None or i != event[0]:
-                segments[i] = segmentation.locate(arguments[i], ahead[i], sizes[i])
-        return self._values(segments, arguments, sizes)
-
-    def right_values(self, time: float, state: np.ndarray, parameter_values: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Return the values on the arguments' segments as outputs use them: on the right of each breakpoint."""
-        arguments, _ = self._lookahead(time, state, np.concatenate([parameter_values, values]))
-        return self._values(
-            [int(np.searchsorted(x.breakpoints, h, side="right")) for x, h in zip(self.segmentations, arguments, strict=True)]
-        )
-
-    def lowest_arguments(self, lowest: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Return the lowest value of each argument in a leg; infinite on segments without an upper end.
-
-        lowest: of the event functions, of which those at the ends of the segments are the last. values: of the additional
-        parameters.
-        """
-        upper = lowest[-2 * len(self.segmentations) :: 2]
-        highs, has_high = values[self._starts + 1], values[self._starts + 3]
-        return np.where(has_high > 0, upper * self._scales + highs, np.inf)
-
-    @cached_property
-    def _starts(self) -> np.ndarray:
-        """The place of the first additional parameter of each segmentation."""
-        return np.cumsum([0, *(len(x.symbols) for x in self.segmentations[:-1])])
-
-    @cached_property
-    def _scales(self) -> np.ndarray:
-        return np.array([x.scale for x in self.segmentations])
-
-    def _lookahead(self, time: float, state: np.ndarray, parameter_values: np.ndarray) -> tuple[list[float], list[float]]:
-        return self._finite(self.lookahead, time, state, parameter_values)
-
-    @staticmethod
-    def _finite(function: Callable[..., Result], time: float, state: np.ndarray, parameter_values: np.ndarray) -> Result:
-        try:
-            result = function(time, state, parameter_values)
-        except (OverflowError, ValueError, ZeroDivisionError):
-            raise LegError(*NOT_FINITE, np.empty((len(state), 0))) from None
-        if not np.isfinite(result).all():
-            raise LegError(*NOT_FINITE, np.empty((len(state), 0)))
-        return result
-
-    def _sizes(self, time: float, state: np.ndarray) -> list[float]:
-        """Return the largest number from which each argument is computed: its rounding is a few units of that."""
-        values = np.append(np.abs(state), abs(time))
-        return [float(values[list(index)].max(initial=0.0)) for index in self.state_indices]
-
-    def _values(
-        self, segments: Sequence[int], arguments: Sequence[float] | None = None, sizes: Sequence[float] | None = None
-    ) -> np.ndarray:
-        at, n = arguments or itertools.repeat(None), sizes or itertools.repeat(1.0)
-        blocks = (x.segment(r, h, size) for x, r, h, size in zip(self.segmentations, segments, at, n, strict=False))
-        return np.array([v for segment in blocks for v in segment])
-
-    def _segments(self, values: np.ndarray) -> list[int]:
-        segments, at, numbers = [], 0, values.tolist()
-        for segmentation in self.segmentations:
-            low, has_low = numbers[at], numbers[at + 2]
-            segments.append(segmentation.nearest(low) + 1 if has_low else 0)
-            at += len(segmentation.symbols)
-        return segments
-
-
 def indices_in(expressions: Sequence[sp.Expr], system: System) -> tuple[tuple[int, ...], ...]:
     """Return, for each expression, the indices of the states (the time last) from which it is computed."""
     explicit, numbers = [system.explicit(e) for e in expressions], (*system.states, TIME)
     return tuple(tuple(i for i, s in enumerate(numbers) if s in e.free_symbols) for e in explicit)
-
-
-def compile_place(smooth: System, expressions: Sequence[sp.Expr]) -> Place:
-    """Compile a function of time, state and parameters that returns the values of expressions."""
-    position = lower(smooth, expressions)
-    evaluate = position.at_point()
-    return lambda time, state, parameters: list(evaluate(state, time, position.constant_values(parameters)))
-
-
-def compile_lookahead(smooth: System, expressions: Sequence[sp.Expr], rates: PointValues | None = None) -> Lookahead:
-    """Compile a function of time, state and parameters that returns the values of expressions, now and a little later.
-
-    rates: those of the System, if they are compiled.
-    """
-    position, program = lower(smooth, expressions), lower(smooth, smooth.derivatives)
-    evaluate, rate = position.at_point(), rates or program.at_point()
-
-    def lookahead(
-        time: float, state: np.ndarray, parameter_values: Numbers, direction: int = 1
-    ) -> tuple[list[float], list[float]]:
-        position_constants, rate_constants = (p.constant_values(parameter_values) for p in (position, program))
-        values = list(evaluate(state, time, position_constants))
-        ahead = list(values)
-        for step in (direction * s * max(1.0, abs(time)) for s in LOOKAHEAD):
-            half = state + step / 2 * np.array(rate(state, time, rate_constants))
-            then = state + step * np.array(rate(half, time + step / 2, rate_constants))
-            later = evaluate(then, time + step, position_constants)
-            ahead = [f if a == h else a for a, h, f in zip(ahead, values, later, strict=True)]
-        return values, ahead
-
-    return lookahead

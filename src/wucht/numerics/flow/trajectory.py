@@ -41,6 +41,8 @@ class Trajectory:
     lowest_arguments : ndarray, (k,), optional
         The lowest value below its last breakpoint of each argument of piecewise functions, in the order of the segmentations:
         how far a contact was compressed, for one. None where the integrator does not observe it.
+    is_sliding : bool
+        True if it failed because it slides along a jump of the equations.
     """
 
     time: np.ndarray
@@ -54,6 +56,7 @@ class Trajectory:
     failure: str | None = None
     is_interrupted: bool = False
     lowest_arguments: np.ndarray | None = None
+    is_sliding: bool = False
 
     @property
     def has_ended(self) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from wucht.errors import RunError, WuchtError
+from wucht.errors import RunError
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.phase_plane.closed_curves import ClosedCurve, Lap, closed_curve, last_lap
 from wucht.numerics.phase_plane.fixed_points import SADDLE, FixedPoint
@@ -18,7 +18,6 @@ FIXED_POINT, CLOSED_CURVE, OUTSIDE_WINDOW, LENGTH, TIME_UP, REST_STATE, FAILURE,
 )  # fmt: skip
 
 _LEG, _SPACING = 0.25, 1e-3  # of the window: length of a leg, and distance of samples
-_MOST_KINKS = 200  # of a curve in a leg: it has more where it slides along a jump of the equations
 _REST = 1e-4  # of the usual speed: below, time counts instead of length
 _STALL_SHARE = 1e-3  # of the length of a leg: a curve that advances by less is at rest
 _ROUNDING = 1e-14  # of a Jacobian in units of the window: a decay below it is none
@@ -98,11 +97,7 @@ class Portrait:
         numbers, grid = plane.length_numbers(forwards, _REST), np.linspace(0.0, _LEG, round(_LEG / _SPACING) + 1)
         states, time, length, near = np.asarray(start, float)[:, None], np.zeros(1), 0.0, _NEAR_LAP
         while True:
-            count = _Count(self.check)
-            try:
-                run = integrate(self._compiled_system, states[:, -1], numbers, grid, count).reraise_interrupt()
-            except _TooManyKinksError:
-                return PhaseCurve(states, time, forwards, KINKS, length=length)
+            run = integrate(self._compiled_system, states[:, -1], numbers, grid, self._progress).reraise_interrupt()
             first = states.shape[1]
             states = np.concatenate([states, run.states[:, 1:]], axis=1)
             time = np.concatenate([time, time[-1] + way * run.quadratures[PASSED_TIME][1:]])
@@ -115,7 +110,7 @@ class Portrait:
             length += leg_length
             lap, end, index, gap = last_lap(plane, states, time), "", -1, 0.0
             if run.failure is not None:
-                end = FAILURE
+                end = KINKS if run.is_sliding else FAILURE
             elif leg_length < _STALL_SHARE * _LEG:
                 end, index, gap = self._rest(states[:, -1])
             elif lap is not None and lap.gap < near and (closed_end := self._match_closed_curve(lap, forwards)) is not None:
@@ -125,6 +120,10 @@ class Portrait:
             if end:
                 return PhaseCurve(states, time, forwards, end, index, gap, length)
             near = min(near, lap.gap) / 2 if lap is not None and lap.gap < near else near
+
+    def _progress(self, _time: float) -> None:
+        if self.check is not None:
+            self.check()
 
     def _rest(self, state: np.ndarray) -> tuple[str, int, float]:
         """Return the end of a curve at rest: a fixed point of any kind, or elsewhere."""
@@ -186,25 +185,6 @@ class Portrait:
             return None
         self.closed_curves.append(new_curve)
         return len(self.closed_curves) - 1, gap
-
-
-class _TooManyKinksError(WuchtError):
-    """Ends an integration with too many kinks."""
-
-
-@dataclass(eq=False)
-class _Count:
-    """Counter that is called between the pieces of a leg."""
-
-    check: Callable[[], None] | None
-    pieces: int = 0
-
-    def __call__(self, _time: float) -> None:
-        if self.check is not None:
-            self.check()
-        self.pieces += 1
-        if self.pieces > _MOST_KINKS:
-            raise _TooManyKinksError("a curve meets too many kinks")
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ _MARK_OPERATORS = {ast.BitAnd: "and_", ast.BitOr: "or_"}
 _COMPARISONS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
 _INTRINSICS = {"abs": "llvm.fabs", "sqrt": "llvm.sqrt", "ceil": "llvm.ceil", "copysign": "llvm.copysign"}
 EVALUATE = "evaluate"  # (function, time, state, constants, values, first): machine code of a system is called by its address
-_INSTRUCTIONS = {
+INSTRUCTIONS = {
     EVALUATE,
     f"{EVALUATE}_lanes",
     "select",
@@ -50,7 +50,7 @@ def kernel_text(source: str, constants: Mapping[str, float], width: int = 1) -> 
     types = _types(width)
     module, body = ir.Module(name="kernel"), ast.parse(source).body
     records = {d.name: _fields(d) for d in body if isinstance(d, ast.ClassDef)}
-    definitions = [d for d in body if isinstance(d, ast.FunctionDef) and d.name not in _INSTRUCTIONS]
+    definitions = [d for d in body if isinstance(d, ast.FunctionDef) and d.name not in INSTRUCTIONS]
     for definition in definitions:
         kinds = [types[kind] for _, kind in _arguments(definition, records)]
         result_kind = types[ast.unparse(definition.returns)] if definition.returns else types["None"]
@@ -322,7 +322,7 @@ class _Translator:
         return self.builder.load(places[0])
 
     def _call(self, name: str, arguments: Sequence[Any]) -> Any:
-        if name in _INSTRUCTIONS:
+        if name in INSTRUCTIONS:
             return getattr(self, f"_{name.removesuffix('_lanes')}")(*arguments)
         if name in ("min", "max"):
             return self._extreme(ast.Lt() if name == "min" else ast.Gt(), arguments)

@@ -11,13 +11,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.metadata import version
-from inspect import getsource
+from inspect import getsource, isfunction
+from types import ModuleType
 from typing import Any, cast, get_type_hints
 
 import llvmlite.binding as llvm
 
 from wucht.disk_cache import derived_once
-from wucht.numerics.flow.compiled.kernel_translation import kernel_text
+from wucht.numerics.flow.compiled.kernel_translation import INSTRUCTIONS, kernel_text
 from wucht.numerics.flow.compiled.straight_line_code import LIBRARY, LIBRARY_PREFIX
 
 _OPTIMISATION = 2  # the third level takes much longer and gains nothing measurable
@@ -52,15 +53,28 @@ def compile_stepper(function: Callable[[Any], int], width: int = 1) -> Callable[
     What is returned does not hold the interpreter's lock; its arguments are the fields of the record: numbers, else addresses.
     width: of vectors.
     """
-    name, module = function.__name__, sys.modules[function.__module__]
-    numbers = tuple((key, value) for key, value in vars(module).items() if isinstance(value, int | float))
-    code = MachineCode.of_file(_stepper_file(getsource(module), name, numbers, width, target_description()), (name,))
+    name, modules = function.__name__, _modules_of(function)
+    numbers = tuple({key: v for module in modules for key, v in vars(module).items() if isinstance(v, int | float)}.items())
+    text = "".join(map(getsource, modules))
+    code = MachineCode.of_file(_stepper_file(text, name, numbers, width, target_description()), (name,))
     record, _ = get_type_hints(function).values()
     kinds: dict[type, Any] = {int: ctypes.c_int64, float: ctypes.c_double}
     arguments = [kinds.get(kind, ctypes.c_void_p) for kind in get_type_hints(record).values()]
     machine_code: Any = ctypes.CFUNCTYPE(ctypes.c_int64, *arguments)(code.addresses[name])
     machine_code.code = code  # which must live as long
     return cast(Callable[..., int], machine_code)
+
+
+def _modules_of(function: Callable[..., Any]) -> list[ModuleType]:
+    """Return the module of a function, and those from which it imports functions that are translated."""
+    modules, pending = dict[str, ModuleType](), [function.__module__]
+    while pending:
+        name = pending.pop()
+        if name not in modules:
+            modules[name] = sys.modules[name]
+            functions = [v for key, v in vars(modules[name]).items() if isfunction(v) and key not in INSTRUCTIONS]
+            pending += [v.__module__ for v in functions if v.__module__.startswith(f"{__package__}.")]
+    return list(modules.values())
 
 
 @derived_once

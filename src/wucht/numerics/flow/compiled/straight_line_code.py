@@ -6,7 +6,7 @@ On numbers, or on vectors of them: then each lane has its time, states and const
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import reduce
 from typing import Any
 
@@ -110,14 +110,9 @@ class _Printer:
     def _print(self, e: sp.Expr) -> Any:
         if e.is_number:
             return self.real(float(e))
-        if isinstance(e, sp.Add):
-            return self._sum(e)
-        if isinstance(e, sp.Mul):
-            return self._product(e)
-        if isinstance(e, sp.Pow):
-            return self._power(e)
-        if isinstance(e, sp.sin | sp.cos):
-            return self._wave(e)
+        printer = next((printer for kind, printer in _PRINTERS.items() if isinstance(e, kind)), None)
+        if printer is not None:
+            return printer(self, e)
         if e.func in FUNCTIONS:
             return self._call(FUNCTIONS[e.func], [self(a) for a in e.args])
         raise RunError(f"there is no machine code for the function {e.func.__name__!r}", code="no-function")
@@ -158,6 +153,12 @@ class _Printer:
             root = self._intrinsic("llvm.sqrt", base)
             return root if exponent.is_positive else self.builder.fdiv(self.real(1.0), root)
         return self._call(POWER, [base, self(exponent)])
+
+    def _magnitude(self, e: sp.Abs) -> Any:
+        return self._intrinsic("llvm.fabs", self(e.args[0]))
+
+    def _sign(self, e: sp.sign) -> Any:
+        return self._intrinsic("llvm.copysign", self.real(1.0), self(e.args[0]))
 
     def _wave(self, e: sp.Expr) -> Any:
         """Return a sine or cosine; both are computed together."""
@@ -210,3 +211,9 @@ class _Printer:
             number = self.builder.call(function, [self.builder.extract_element(v, place) for v in values])
             result = self.builder.insert_element(result, number, place)
         return result
+
+
+_PRINTERS: dict[type[sp.Expr], Callable[[_Printer, Any], Any]] = {
+    sp.Add: _Printer._sum, sp.Mul: _Printer._product, sp.Pow: _Printer._power, sp.sin: _Printer._wave, sp.cos: _Printer._wave,
+    sp.Abs: _Printer._magnitude, sp.sign: _Printer._sign,
+}  # fmt: skip

@@ -1,0 +1,202 @@
+"""Events of a step: where their functions pass zero on the dense output.
+
+E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I", Springer 1993, section II.6. In the part of
+Python that ``kernel_translation`` translates.
+"""
+
+from __future__ import annotations
+
+import math
+
+from wucht.numerics.flow.compiled.leg_memory import (
+    EPS,
+    HIT_COUNT,
+    NEVER,
+    PARTS,
+    SCRATCH,
+    STOPPING_EVENT,
+    TINY,
+    LegMemory,
+    dense_point,
+    evaluate,
+)
+
+_VERTICES = 3  # parabolas, until an event function that nears zero within a part is taken to have stayed on its side
+_CURVATURE = 0.1  # third and fourth differences, of the size of an event function, that limit steps
+_NOTICEABLE = 1e-9  # size of event functions below which they may be rounding, and do not limit steps
+
+
+def _event_value(leg: LegMemory, index: int, value: float, time: float) -> float:
+    """Return the value of an event function that counts: just after an event it is rounding noise, its sign is known."""
+    if time <= leg.cool_ends[index]:
+        sign = leg.cool_signs[index] if leg.cool_signs[index] != 0.0 else -float(leg.event_kinds[index])
+        return sign * (abs(value) + TINY)
+    return value
+
+
+def _value_within(leg: LegMemory, index: int, time: float, step: float, x: float) -> float:
+    """Return the value of an event function at a part x of the step; ``point`` is then the state there."""
+    dense_point(x, leg.state, leg.dense, leg.width, leg.point)
+    evaluate(leg.functions, time + x * step, leg.point, leg.event_constants, leg.values, SCRATCH * leg.m)
+    value: float = leg.values[SCRATCH * leg.m + index]
+    return _event_value(leg, index, value, time + x * step)
+
+
+def _root(
+    leg: LegMemory, index: int, time: float, step: float, low: float, low_value: float, high: float, high_value: float
+) -> float:
+    """Return the part of the step at which an event function passes zero, to rounding: secants within a bracket."""
+    if low_value == 0.0:
+        return low
+    smallest, side = 2.0 * EPS * max(1.0, abs(time) / step), 0
+    for count in range(200):
+        if high - low <= smallest:
+            break
+        x = (low * high_value - high * low_value) / (high_value - low_value)
+        if count % 4 == 3 or not low < x < high:
+            x = 0.5 * (low + high)
+        x = min(max(x, low + 0.5 * smallest), high - 0.5 * smallest)
+        value = _value_within(leg, index, time, step, x)
+        if value == 0.0:
+            return x
+        if (value > 0.0) == (high_value > 0.0):
+            high, high_value = x, value
+            if side == 1:  # the other end has stayed: the next secant shall pass it
+                low_value *= 0.5
+            side = 1
+        else:
+            low, low_value = x, value
+            if side == -1:
+                high_value *= 0.5
+            side = -1
+    return high
+
+
+def _interior_crossing(leg: LegMemory, index: int, time: float, step: float, part: int) -> float:
+    """Return a place in a part of the step at which an event function has the other sign than at both of its ends, or never.
+
+    The place is sought at the vertices of parabolas through the function's values.
+    """
+    low, high, neighbour = part / PARTS, (part + 1) / PARTS, part - 1 if part > 0 else part + 2
+    low_value, high_value = leg.values[part * leg.m + index], leg.values[(part + 1) * leg.m + index]
+    third, third_value = neighbour / PARTS, leg.values[neighbour * leg.m + index]
+    for _ in range(_VERTICES):
+        slope = (high_value - low_value) / (high - low)
+        curvature = ((third_value - low_value) / (third - low) - slope) / (third - high)
+        if curvature * low_value <= 0.0:  # it is bent towards zero: its ends are the nearest
+            return NEVER
+        x: float = 0.5 * (low + high) - 0.5 * slope / curvature
+        vertex_value = low_value + (x - low) * (slope + curvature * (x - high))
+        if not low < x < high or (abs(vertex_value) > 0.1 * abs(low_value) and vertex_value * low_value > 0.0):
+            return NEVER
+        value = _value_within(leg, index, time, step, x)
+        if value * low_value < 0.0:
+            return x
+        third, third_value = x, value
+    return NEVER
+
+
+def begin_events(leg: LegMemory, time: float) -> None:
+    """Compute the values of the event functions at the beginning of a leg."""
+    evaluate(leg.functions, time, leg.state, leg.event_constants, leg.values, 0)
+    for i in range(leg.m):
+        value = _event_value(leg, i, leg.values[i], time)
+        leg.values[i] = value if value != 0.0 else -float(leg.event_kinds[i]) * TINY
+
+
+def evaluate_events(leg: LegMemory, time: float, step: float, next_time: float) -> None:
+    """Compute the values of the event functions at the ends of the parts of a step."""
+    for part in range(1, PARTS + 1):
+        part_time = next_time if part == PARTS else time + part / PARTS * step
+        if part == PARTS:
+            evaluate(leg.functions, part_time, leg.next_state, leg.event_constants, leg.values, part * leg.m)
+        else:
+            dense_point(part / PARTS, leg.state, leg.dense, leg.width, leg.point)
+            evaluate(leg.functions, part_time, leg.point, leg.event_constants, leg.values, part * leg.m)
+        for i in range(leg.m):
+            value, previous = _event_value(leg, i, leg.values[part * leg.m + i], part_time), leg.values[(part - 1) * leg.m + i]
+            if value == 0.0 and previous != 0.0:  # it passes zero where it leaves it
+                value = math.copysign(TINY, previous)
+            leg.values[part * leg.m + i] = value
+
+
+def are_followed(leg: LegMemory) -> bool:
+    """Return whether the event functions change little within the parts of a step: none passes zero twice within one.
+
+    Steps follow the states alone. A function is followed if its third and fourth differences are small beside it: those
+    of a wave are so as long as a step is at most a third of it.
+    """
+    for i in range(leg.m):
+        a, b, c = leg.values[i], leg.values[leg.m + i], leg.values[2 * leg.m + i]
+        d, e = leg.values[3 * leg.m + i], leg.values[4 * leg.m + i]
+        size = max(abs(a), abs(b), abs(c), abs(d), abs(e), _NOTICEABLE)
+        third = max(abs(d - a + 3.0 * (b - c)), abs(e - b + 3.0 * (c - d)))
+        if max(third, abs(a + e - 4.0 * (b + d) + 6.0 * c)) > _CURVATURE * size:
+            return False
+    return True
+
+
+def _record_hit(leg: LegMemory, index: int, time: float, x: float, step: float) -> None:
+    if leg.counts[HIT_COUNT] < leg.room:
+        first = leg.counts[HIT_COUNT] * (leg.n + 1)
+        leg.hit_events[leg.counts[HIT_COUNT]] = index
+        leg.hits[first] = time + x * step
+        dense_point(x, leg.state, leg.dense, leg.width, leg.point)
+        for j in range(leg.n):
+            leg.hits[first + 1 + j] = leg.point[j]
+    leg.counts[HIT_COUNT] += 1
+
+
+def _record_crossing(
+    leg: LegMemory,
+    index: int,
+    time: float,
+    step: float,
+    low: float,
+    low_value: float,
+    high: float,
+    high_value: float,
+    stop: float,
+) -> float:
+    """Record an event if its function passes zero between two places; return where the step stops. stop: so far."""
+    crosses = high_value != 0.0 and (low_value == 0.0 or (low_value < 0.0) != (high_value < 0.0))
+    if not crosses or leg.event_kinds[index] == (-1 if high_value > 0.0 else 1):
+        return stop
+    x = _root(leg, index, time, step, low, low_value, high, high_value)
+    if leg.event_kinds[leg.m + index] == 1:
+        if x < stop:
+            leg.counts[STOPPING_EVENT] = index
+        return min(x, stop)
+    if x <= stop:
+        _record_hit(leg, index, time, x, step)
+    return stop
+
+
+def locate_events(leg: LegMemory, time: float, step: float) -> float:
+    """Record the events of a step; return the part of it at which one interrupts, or never.
+
+    The first row of the values of event functions, those at the beginning, is replaced by that at the end.
+    """
+    stop = NEVER
+    for part in range(PARTS):
+        for kind in range(1, -1, -1):  # those that interrupt first
+            for i in range(leg.m):
+                if leg.event_kinds[leg.m + i] != kind:
+                    continue
+                low, low_value = part / PARTS, leg.values[part * leg.m + i]
+                high, high_value = (part + 1) / PARTS, leg.values[(part + 1) * leg.m + i]
+                if low_value * high_value > 0.0:
+                    middle = _interior_crossing(leg, i, time, step, part)
+                    if middle < high:
+                        stop = _record_crossing(leg, i, time, step, low, low_value, middle, -high_value, stop)
+                        stop = _record_crossing(leg, i, time, step, middle, -low_value, high, high_value, stop)
+                else:
+                    stop = _record_crossing(leg, i, time, step, low, low_value, high, high_value, stop)
+        if stop < NEVER:
+            break
+    for i in range(leg.m):
+        for part in range(PARTS + 1):
+            if part / PARTS <= stop:
+                leg.lowest[i] = min(leg.lowest[i], leg.values[part * leg.m + i])
+        leg.values[i] = leg.values[PARTS * leg.m + i]
+    return stop

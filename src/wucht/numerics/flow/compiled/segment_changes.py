@@ -1,0 +1,156 @@
+"""Changes of segment of piecewise functions, within a leg, in the part of Python that ``kernel_translation`` translates.
+
+A segment's numbers (its ends and its polynomials) are the last constants of all code of a system: to change it is to copy a row
+of a table. The rules are those of ``segment_locator`` and ``coincidences``; where a requested event may happen at the same
+instant, the leg ends, and these decide.
+"""
+
+from __future__ import annotations
+
+from wucht.numerics.flow.compiled.leg_memory import EPS, SAMPLE_COUNT, SCRATCH, STOPPING_EVENT, LegMemory, evaluate
+
+AHEAD, AHEAD_FROM_REST = 1e-9, 1e-5  # relative to the time: how far to look ahead where an argument lies on a breakpoint
+END_MARGIN = 2e-15  # of the largest number that occurs: smallest distance of a segment's end beyond its argument
+ROUNDING = 1000.0 * EPS  # of the largest number that occurs, and of the time: a nearer argument is on its breakpoint
+AT_BREAKPOINT = 1e-12  # for the ends' functions, and relative to the time
+HIGH, HAS_LOW, HAS_HIGH = 1, 2, 3  # places in a row; the low end is the first
+_FAR = 1e300
+_BEFORE, _LATER, _GAINS = 1, 2, 3  # rows of instants: a little earlier or later, of one length of these, before a change
+
+
+def _look(leg: LegMemory, time: float, direction: float) -> None:
+    """Compute the values of an instant, and those a little later, or earlier: where they change at all."""
+    count = leg.instant_count
+    evaluate(leg.instant, time, leg.state, leg.instant_constants, leg.instants, 0)
+    for i in range(count):
+        leg.instants[_BEFORE * count + i] = leg.instants[i]
+    for attempt in range(2):
+        step = direction * (AHEAD if attempt == 0 else AHEAD_FROM_REST) * max(1.0, abs(time))
+        evaluate(leg.rates, time, leg.state, leg.constants, leg.errors, 0)
+        for i in range(leg.n):
+            leg.point[i] = leg.state[i] + 0.5 * step * leg.errors[i]
+        evaluate(leg.rates, time + 0.5 * step, leg.point, leg.constants, leg.errors, 0)
+        for i in range(leg.n):
+            leg.point[i] = leg.state[i] + step * leg.errors[i]
+        evaluate(leg.instant, time + step, leg.point, leg.instant_constants, leg.instants, _LATER * count)
+        for i in range(count):
+            if leg.instants[_BEFORE * count + i] == leg.instants[i]:
+                leg.instants[_BEFORE * count + i] = leg.instants[_LATER * count + i]
+
+
+def _is_to_be_decided(leg: LegMemory, time: float) -> bool:
+    """Return whether a requested event, or a sample of a work that jumps, may lie at this instant."""
+    sample = leg.counts[SAMPLE_COUNT]
+    if leg.gain_count > 0 and sample > 0 and abs(leg.grid[sample - 1] - time) <= AT_BREAKPOINT * max(1.0, abs(time)):
+        return True
+    if leg.request_count == 0:
+        return False
+    _look(leg, time, -1.0)
+    for i in range(leg.request_count):
+        change = abs(leg.instants[i] - leg.instants[leg.instant_count + i]) / AHEAD
+        noise = ROUNDING * max(leg.instants[leg.request_count + i], change)
+        if leg.cool_ends[i] >= time or (change > 0.0 and abs(leg.instants[i]) <= noise):
+            return True
+    return False
+
+
+def _size(leg: LegMemory, time: float, j: int) -> float:
+    """Return the largest number from which an argument is computed: its rounding is a few units of that."""
+    largest = 0.0
+    for k in range(leg.size_begins[j], leg.size_begins[j + 1]):
+        largest = max(largest, abs(time if leg.size_states[k] == leg.n else leg.state[leg.size_states[k]]))
+    return largest
+
+
+def _segment_of_argument(leg: LegMemory, time: float, j: int) -> int:
+    """Return the segment of an argument; on a breakpoint that to which it moves."""
+    place = 2 * leg.request_count + j
+    value, ahead = leg.instants[place], leg.instants[leg.instant_count + place]
+    first = leg.breakpoint_begins[j]
+    count: int = leg.breakpoint_begins[j + 1] - first
+    above: int = leg.segment[j]
+    while above < count and leg.breakpoints[first + above] <= value:
+        above += 1
+    while above > 0 and leg.breakpoints[first + above - 1] > value:
+        above -= 1
+    nearest = above if above < count else count - 1
+    if above > 0 and value - leg.breakpoints[first + above - 1] <= abs(leg.breakpoints[first + nearest] - value):
+        nearest = above - 1
+    distance = abs(value - leg.breakpoints[first + nearest])
+    if ahead != value and distance <= ROUNDING * max(leg.scales[j], _size(leg, time, j), abs(ahead - value) / AHEAD):
+        return nearest + 1 if ahead > value else nearest
+    return above
+
+
+def _use_segment(leg: LegMemory, j: int, segment: int) -> None:
+    """Copy the numbers of a segment to the constants."""
+    leg.segment[j] = segment
+    place = leg.segment_places[j]
+    width = leg.segment_places[j + 1] - place
+    first = leg.segment_begins[j] + segment * width
+    for k in range(width):
+        leg.constants[leg.rates_tail + place + k] = leg.segment_rows[first + k]
+        leg.event_constants[leg.event_tail + place + k] = leg.segment_rows[first + k]
+        leg.instant_constants[leg.instant_tail + place + k] = leg.segment_rows[first + k]
+
+
+def _open_ends(leg: LegMemory, time: float, j: int) -> None:
+    """Place the ends of a segment beyond its argument: an event function that begins a step at zero would be missed."""
+    value, place = leg.instants[2 * leg.request_count + j], leg.event_tail + leg.segment_places[j]
+    margin = END_MARGIN * max(leg.scales[j], _size(leg, time, j))
+    first = leg.segment_begins[j] + leg.segment[j] * (leg.segment_places[j + 1] - leg.segment_places[j])
+    if leg.segment_rows[first + HAS_LOW] > 0.0:
+        leg.event_constants[place] = min(leg.segment_rows[first], value - margin)
+    if leg.segment_rows[first + HAS_HIGH] > 0.0:
+        leg.event_constants[place + HIGH] = max(leg.segment_rows[first + HIGH], value + margin)
+
+
+def fold_lowest_arguments(leg: LegMemory) -> None:
+    """Update the lowest value of each argument by that of the upper end's function, which begins anew."""
+    for i in range(leg.request_count, leg.m):
+        j = leg.event_segments[i]
+        place = leg.event_tail + leg.segment_places[j]
+        if leg.event_kinds[i] == 1 and leg.event_constants[place + HAS_HIGH] > 0.0:
+            value = leg.lowest[i] * leg.scales[j] + leg.event_constants[place + HIGH]
+            leg.lowest_arguments[j] = min(leg.lowest_arguments[j], value)
+        leg.lowest[i] = _FAR
+
+
+def _cool_down(leg: LegMemory, time: float) -> None:
+    """Let arguments within rounding of the end of a segment count as inside for as long as rounding is felt."""
+    evaluate(leg.functions, time, leg.state, leg.event_constants, leg.values, SCRATCH * leg.m)
+    for i in range(leg.m):
+        leg.cool_ends[i] = -_FAR
+        if i >= leg.request_count and abs(leg.values[SCRATCH * leg.m + i]) <= AT_BREAKPOINT:
+            leg.cool_ends[i] = time + AT_BREAKPOINT * max(1.0, abs(time))
+            leg.cool_signs[i] = -float(leg.event_kinds[i])
+
+
+def change_segments(leg: LegMemory, time: float) -> bool:
+    """Begin the segment beyond the end at which a step stopped; return false where the leg has to end.
+
+    Where two arguments reach a breakpoint together only one event may be reported, and an argument that has just passed a
+    breakpoint may by rounding lie before it: so the other segments are located from their arguments now and a little later.
+    """
+    event: int = leg.counts[STOPPING_EVENT]
+    if event < leg.request_count or _is_to_be_decided(leg, time):
+        return False
+    fold_lowest_arguments(leg)
+    at_end, gains = leg.event_segments[event], leg.instant_count - leg.gain_count
+    if leg.gain_count > 0:
+        evaluate(leg.instant, time, leg.state, leg.instant_constants, leg.instants, _GAINS * leg.instant_count)
+    _use_segment(leg, at_end, leg.segment[at_end] + leg.event_kinds[event])
+    _look(leg, time, 1.0)
+    for j in range(leg.segmentation_count):
+        if j != at_end:
+            segment = _segment_of_argument(leg, time, j)
+            if segment != leg.segment[j]:
+                _use_segment(leg, j, segment)
+        _open_ends(leg, time, j)
+    if leg.gain_count > 0:
+        evaluate(leg.instant, time, leg.state, leg.instant_constants, leg.instants, 0)
+        for k in range(gains, leg.instant_count):
+            jump = leg.instants[k] - leg.instants[_GAINS * leg.instant_count + k]
+            leg.state[leg.n - leg.gain_count + k - gains] += jump
+    _cool_down(leg, time)
+    return True
