@@ -87,21 +87,21 @@ class Tests:
     def name(self) -> str:
         return shlex.join(self.chosen) or self.kind
 
-    def stages(self, error: WrittenError, tree: Path) -> list[list[str]]:
-        """Return the arguments of each run: the tests that bear the changed file's name, those of its folder, all others."""
+    def stages(self, error: WrittenError, tree: Path, are_near: bool) -> list[list[str]]:
+        """Return the arguments of each run: for the tests of the changed file's name and of its folder, or for all others."""
         kind = ["-m", _KINDS[self.kind]]
         if self.chosen:
-            return [[*self.chosen, *([] if "-m" in self.chosen else kind)]]
+            return [] if are_near else [[*self.chosen, *([] if "-m" in self.chosen else kind)]]
         stages, before = list[list[str]](), list[str]()
         for paths in (_tests_called_like(error.file, tree), _tests_of_folder(error.file, tree)):
             if paths:
-                stages.append([*kind, *paths, *before])
+                stages.append(["-x", *kind, *paths, *before])
                 before += [f"--ignore={path}" for path in paths]
-        return [*stages, [*kind, *before]]
+        return stages if are_near else [[*kind, *before]]
 
     def run(self, tree: Path, words: list[str]) -> subprocess.CompletedProcess[str]:
         """Run pytest in a tree, as the Makefile does. Raises ``TimeoutExpired``."""
-        command = [sys.executable, "-m", "pytest", "-x", "--tb=no", "-p", "no:cacheprovider", "-n", str(self.workers)]
+        command = [sys.executable, "-m", "pytest", "--tb=no", "-p", "no:cacheprovider", "-n", str(self.workers)]
         variables = {
             "PYTHONPATH": str(tree / "src"),
             "PYTHONDONTWRITEBYTECODE": "",
@@ -170,29 +170,27 @@ def _refuse_arguments(words: list[str], clean: Path, tests: Tests) -> None:
         sys.exit(f"pytest cannot collect these tests:\n{collected.stdout}{collected.stderr}")
 
 
-def _noticed_by(error: WrittenError, tree: Path, clean: Path, tests: Tests) -> str:
-    """Return the test that fails first in a tree with an error; nothing where there is none.
+def _noticed_by(error: WrittenError, tree: Path, clean: Path, tests: Tests, are_near: bool) -> str:
+    """Return the first test that fails in a tree with an error; nothing where there is none.
 
     It fails by itself, too, and does not in the tree without the error: others depend on those before them, or on chance.
     """
     if error.file.endswith(".ts") and (fault := _build_page(tree)):
         return fault
-    others: list[str] = []
-    for words in tests.stages(error, tree):
-        while True:
-            try:
-                done = tests.run(tree, [*words, *(f"--deselect={test}" for test in others)])
-            except subprocess.TimeoutExpired:
-                return f"no end within {tests.limit / 60:g} min"
-            if done.returncode in (0, _NO_TESTS):
-                break
-            failed = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", done.stdout, re.MULTILINE)
-            if failed is None:
-                _refuse_arguments(words, clean, tests)
-                return "the start of the tests"
-            if _fails(failed[1], tree, tests) and not _fails(failed[1], clean, tests):
-                return failed[1]
-            others.append(failed[1])
+    for words in tests.stages(error, tree, are_near):
+        try:
+            done = tests.run(tree, words)
+        except subprocess.TimeoutExpired:
+            return f"no end within {tests.limit / 60:g} min"
+        if done.returncode in (0, _NO_TESTS):
+            continue
+        failed = re.findall(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", done.stdout, re.MULTILINE)
+        if not failed:
+            _refuse_arguments(words, clean, tests)
+            return "the start of the tests"
+        noticing = (test for test in failed if _fails(test, tree, tests) and not _fails(test, clean, tests))
+        if (test := next(noticing, None)) is not None:
+            return test
     return ""
 
 
@@ -213,19 +211,27 @@ def _write_table(path: Path, rows: dict[tuple[str, str], Row]) -> None:
 
 
 def _results(errors: list[WrittenError], base: str, tests: Tests) -> Iterator[tuple[WrittenError, str, str, float]]:
-    """Yield each error with its outcome, the test that notices it, and how long that took in s."""
-    if not errors:
-        return
-    with _worktree(base) as clean:
-        for error in errors:
-            begin = time.monotonic()
-            with _worktree(base) as tree:
-                if subprocess.run(["git", "apply", str(error.path)], cwd=tree, capture_output=True, check=False).returncode:
-                    outcome, by = _NOT_APPLIED, ""
+    """Yield each error with its outcome, the test that notices it, and how long that took in s.
+
+    First those that the tests near the changed file notice, which takes seconds; the others then need all tests.
+    """
+    pending = errors
+    for are_near in (True, False):
+        later = []
+        with _worktree(base) as clean:
+            for error in pending:
+                begin = time.monotonic()
+                with _worktree(base) as tree:
+                    if subprocess.run(["git", "apply", str(error.path)], cwd=tree, capture_output=True, check=False).returncode:
+                        outcome, by = _NOT_APPLIED, ""
+                    else:
+                        by = _noticed_by(error, tree, clean, tests, are_near)
+                        outcome = _NOTICED if by else _UNNOTICED
+                if outcome == _UNNOTICED and are_near:
+                    later.append(error)
                 else:
-                    by = _noticed_by(error, tree, clean, tests)
-                    outcome = _NOTICED if by else _UNNOTICED
-            yield error, outcome, by, time.monotonic() - begin
+                    yield error, outcome, by, time.monotonic() - begin
+        pending = later
 
 
 def _is_current(row: Row | None, error: WrittenError, tested: str) -> bool:
