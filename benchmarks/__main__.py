@@ -4,12 +4,25 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks import build, cams, continuation, engines, ensembles, live, live_page, repeated, run_up, slow, start_up
+from benchmarks import (
+    build,
+    cams,
+    continuation,
+    engines,
+    ensembles,
+    live,
+    live_page,
+    real_machines,
+    repeated,
+    run_up,
+    slow,
+    start_up,
+)
 from benchmarks.errors import runner
 
 ALL = {
     b.__name__.rpartition(".")[2]: b
-    for b in (run_up, repeated, engines, ensembles, slow, cams, continuation, build, start_up, live, live_page)
+    for b in (run_up, repeated, real_machines, engines, ensembles, slow, cams, continuation, build, start_up, live, live_page)
 }
 
 

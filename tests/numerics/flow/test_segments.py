@@ -449,3 +449,50 @@ def test_two_hundred_contacts_within_a_leg() -> None:
     assert run.states[1] == pytest.approx(np.full(101, speed), abs=1e-9)
     assert run.states[0] == pytest.approx(np.full(101, gap / 2), abs=6e-8)
     assert run.lowest_arguments is not None
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5])
+def test_a_chain_of_steps_that_depend_on_one_another_jumps_at_once(engine, count):
+    """1 from t = 1 on, a step of this at 1/2, a step of that one: the last is 1 from t = 1 on too, its integral 2 at t = 3."""
+    rate = PiecewiseCubic(TIME, step("first", 1.0, 0.0, 1.0))
+    for k in range(1, count):
+        rate = PiecewiseCubic(rate, step(f"step {k}", 0.5, 0.0, 1.0))
+    assert run(System((x,), (rate,)), [0.0], 3.0, engine=engine).states[0, -1] == pytest.approx(2.0, abs=1e-11)
+
+
+def test_a_fast_schedule_before_a_long_rest_stands_not_still():
+    """1000 points in 0.1 s, then a value of 1 for 1e6 s, without a sample between."""
+    values = np.tile([0.0, 1.0], 500)
+    rate = PiecewiseCubic(TIME, interpolated_pieces("burst", np.arange(1000) * 1e-4, values, "linear"))
+    trajectory = run(System((x,), (rate,)), [0.0], 1e6)
+    assert trajectory.states[0, -1] == pytest.approx(0.5 * 0.0999 + (1e6 - 0.0999), abs=1e-5)
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
+@pytest.mark.parametrize("speed", [0.1, 0.37, 1.0, 1.9])
+def test_the_deepest_compression_of_a_contact(tolerance, speed):
+    """A mass meets a spring of 100 rad/s: by the conservation of energy it is compressed by speed / 100, between two steps."""
+    contact = PiecewiseCubic(x, Pieces("contact", (0.0,), ((0, -1e4, 0, 0), (0, 0, 0, 0))))
+    trajectory = run(System((x, v), (v, contact)), [1.0, -speed], 1.2 / speed, tolerance=tolerance)
+    assert trajectory.lowest_arguments == pytest.approx([-speed / 100], rel=10 * tolerance)
+
+
+def test_an_argument_that_ceases_to_be_finite_ends_the_run_there():
+    """The root of a schedule that is 1 until t = 2, then -1."""
+    schedule = PiecewiseCubic(TIME, interpolated_pieces("schedule", [0, 1, 2], [1, 1, -1], "steps"))
+    system = System((x,), (PiecewiseCubic(sp.sqrt(schedule), step("H", 0.5, 0.0, 1.0)),))
+    trajectory = integrate(compile_system(system), [0.0], {}, np.linspace(0.0, 3.0, 301))
+    assert "ceases to be finite" in str(trajectory.failure)
+    assert trajectory.time[-1] == pytest.approx(2.0, abs=0.011)
+
+
+@pytest.mark.parametrize(("speed", "begin"), [(1e4, 100.0), (1e5, 100.0), (1e5, 1e4)])
+def test_no_first_step_of_a_leg_passes_whole_turns(speed, begin):
+    """Turns are counted where sin(x) rises, and a torque of its sign is integrated, from angles that allow long steps."""
+    torque = PiecewiseCubic(sp.sin(x), SIGN)
+    system = System((x, y), (sp.Float(speed), torque), angles=frozenset({x}))
+    trajectory = run(system, [begin, 0.0], 0.3, events=(Event("turn", sp.sin(x), 1),), tolerance=1e-9)
+    end = begin + 0.3 * speed
+    assert len(trajectory.hits) == end // (2 * math.pi) - begin // (2 * math.pi)
+    gained = [math.pi - abs(angle % (2 * math.pi) - math.pi) for angle in (begin, end)]
+    assert trajectory.states[1, -1] == pytest.approx((gained[1] - gained[0]) / speed, abs=1e-9)

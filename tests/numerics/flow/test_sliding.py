@@ -9,7 +9,7 @@ import sympy as sp
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.piecewise import PiecewiseCubic, step
-from wucht.system import System
+from wucht.system import TIME, System
 
 x, v = sp.symbols("x v", real=True)
 SIGN = step("sign", 0.0, -1.0, 1.0)
@@ -31,3 +31,20 @@ def test_it_ends_at_the_jump(system: System, start: list[float], meeting: float,
     assert "slides along a jump" in str(run.failure)
     assert run.time[-1] == pytest.approx(meeting, abs=1e-3)  # the last sample before
     assert run.states[:, -1] == pytest.approx(place, abs=2e-3)
+
+
+def test_a_fast_rotor_that_runs_down_before_a_long_rest_does_not_slide() -> None:
+    """x' = 10^4 exp(-t / 2) passes 6366 jumps of the sign of its sine in seconds, and stays at 2 10^4 rad, where that is 1."""
+    system = System((x, v), (10_000 * sp.exp(-TIME / 2), PiecewiseCubic(sp.sin(x), SIGN)))
+    run = integrate(compile_system(system, 1e-9), [0.0, 0.0], {}, np.linspace(0.0, 1e6, 2))
+    assert run.failure is None
+    assert run.states[0, -1] == pytest.approx(2e4, rel=1e-9)
+
+
+@pytest.mark.parametrize("share", [0.001, 0.5, 0.999])
+def test_friction_that_is_hardly_larger_than_its_force_slides(share: float) -> None:
+    """A spring holds a share of the friction: the motion stays where it starts."""
+    system = System((x, v), (v, -x - PiecewiseCubic(v, SIGN)))
+    run = integrate(compile_system(system, 1e-9), [share, 0.0], {}, np.linspace(0.0, 40.0, 161))
+    assert run.is_sliding
+    assert run.end_time == 0.0

@@ -58,11 +58,15 @@ class SegmentLocator:
         segments = self.numbers(values)
         if event is not None:
             segments[event[0]] += event[1]
-        arguments, ahead = self._lookahead(time, state, np.concatenate([parameter_values, self._values(segments)]))
-        sizes = self._sizes(time, state)
-        for i, segmentation in enumerate(self.segmentations):
-            if event is None or i != event[0]:
-                segments[i] = segmentation.locate(arguments[i], ahead[i], sizes[i])
+        sizes, first_arguments = self._sizes(time, state), None
+        for _ in range(len(segments) + 1):  # an argument may depend on another one's segment
+            arguments, ahead = self._lookahead(time, state, np.concatenate([parameter_values, self._values(segments)]))
+            first_arguments, before = first_arguments or arguments, segments.copy()
+            for i, segmentation in enumerate(self.segmentations):
+                if event is None or i != event[0] or arguments[i] != first_arguments[i]:
+                    segments[i] = segmentation.locate(arguments[i], ahead[i], sizes[i])
+            if segments == before:
+                break
         return self._values(segments, arguments, sizes)
 
     def right_values(self, time: float, state: np.ndarray, parameter_values: np.ndarray, values: np.ndarray) -> np.ndarray:

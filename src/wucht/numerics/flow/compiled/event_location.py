@@ -172,6 +172,21 @@ def _record_crossing(
     return stop
 
 
+def _least_between(leg: LegMemory, index: int, time: float, step: float, stop: float) -> float:
+    """Return the least value of a function that turns within a step, before it stops: near the vertices of parabolas."""
+    least = NEVER
+    for part in range(PARTS - 1):
+        a, b = leg.values[part * leg.m + index], leg.values[(part + 1) * leg.m + index]
+        c = leg.values[(part + 2) * leg.m + index]
+        bend = a - 2.0 * b + c
+        if bend <= 0.0 or abs(a - c) >= 2.0 * bend:  # the vertex is none, or not between them
+            continue
+        x = (part + 1 + 0.5 * (a - c) / bend) / PARTS
+        if x < stop and b - 0.125 * (a - c) * (a - c) / bend < leg.lowest[index]:
+            least = min(least, _value_within(leg, index, time, step, x))
+    return least
+
+
 def locate_events(leg: LegMemory, time: float, step: float) -> float:
     """Record the events of a step; return the part of it at which one interrupts, or never.
 
@@ -198,5 +213,7 @@ def locate_events(leg: LegMemory, time: float, step: float) -> float:
         for part in range(PARTS + 1):
             if part / PARTS <= stop:
                 leg.lowest[i] = min(leg.lowest[i], leg.values[part * leg.m + i])
+        if i >= leg.request_count and leg.event_kinds[i] == 1:
+            leg.lowest[i] = min(leg.lowest[i], _least_between(leg, i, time, step, stop))
         leg.values[i] = leg.values[PARTS * leg.m + i]
     return stop

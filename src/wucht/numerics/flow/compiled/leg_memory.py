@@ -39,7 +39,7 @@ class LegMemory(NamedTuple):
     hit_events (room,), hits (room, 1 + n): events, times, states. k (16, width): rates of the stages. dense (7, width):
     coefficients of the dense output. point, next_state, errors, zero (width,): a state within the step, that at its end, and
     memory.
-    values (6, m): of the event functions. lowest (m,): of their values at the ends of the parts of steps. counts (4,).
+    values (6, m): of the event functions. lowest (m,): of these. counts (4,).
 
     Of the m events the first are requested, the others the upper and lower ends of segments; event_segments (m,): the number of
     their segmentation. instant: code of the values that decide at an instant: requested event functions, the sizes of their

@@ -33,19 +33,21 @@ from wucht.numerics.flow.compiled.leg_memory import (
     dense_point,
     evaluate,
 )
-from wucht.numerics.flow.compiled.segment_changes import change_segments, fold_lowest_arguments
+from wucht.numerics.flow.compiled.segment_changes import change_segments, fold_lowest_arguments, is_of_states
 
 _SAFETY, _MIN_FACTOR, _MAX_FACTOR = 0.9, 0.2, 6.0  # of step sizes
 _ABSOLUTE = 1e-2  # of the relative tolerance
 _EXPONENT = -1.0 / 8.0
 _SHORTER, _LONGER, _MOST_SHORTENINGS = 0.5, 1.2, 12  # factors of the step length that event functions allow; times in a row
+_FIRST_WITH_EVENTS = 1e-5  # step, of a leg: a longer one may have whole turns in its parts, and there are steps for as many
 _FIRST_OF_SEGMENT = 2.0  # step, of the duration of the segment before
 _SHORTEST = 1e-9  # step that event functions limit, of the time: rounding shows in the functions of shorter ones
 _OF_ROUNDING = 0.1  # error with which a step that rounding limits is accepted: the next one is a fifth longer
 _NOT_FOLLOWED = -1  # of a step: it is too long for an event function
 _FAR = 1e300
-# Shorter advances between two changes of segment, of the time and of a leg; as many in succession.
-STILL, _STILL_IN_LEG, MOST_STILL = 1e-10, 1e-9, 200
+# A motion slides after so many changes of segment in succession, each after a shorter advance: of the time, or of a leg.
+STILL, MOST_STILL = 1e-10, 200
+_STILL_IN_LEG, _FACTOR_IN_LEG = 1e-9, 100  # times as many in a leg: a fast motion that dies out is not one that slides
 
 
 def _add_stages(leg: LegMemory, row: int, step: float, begin: Reals, end: Reals) -> None:
@@ -95,7 +97,7 @@ def _first_step(leg: LegMemory, time: float, span: float) -> float:
     step = max(1e-6, small * 1e-3) if largest <= 1e-15 else (0.01 / largest) ** -_EXPONENT
     if not step > 0.0:  # the rates are not finite there
         step = small
-    return min(100.0 * small, step, span)
+    return min(100.0 * small, step, span if leg.m == 0 else _FIRST_WITH_EVENTS * span)
 
 
 def _compute_stage(leg: LegMemory, stage: int, time: float, step: float) -> None:
@@ -242,7 +244,7 @@ def advance(leg: LegMemory) -> int:
 
 def _advance(leg: LegMemory) -> int:
     time, end, ending = leg.clock[0], leg.grid[leg.grid_count - 1], END
-    least_advance = max(_STILL_IN_LEG * (end - time), STILL * max(1.0, abs(time)))
+    least_of_leg = _STILL_IN_LEG * (end - time)
     last_change, still = time, 0
     step, longest, shortenings, is_shortened = _first_step(leg, time, end - time), end - time, 0, False
     while ending == END and time < end:
@@ -271,8 +273,15 @@ def _advance(leg: LegMemory) -> int:
         time, is_shortened, shortenings = leg.clock[0], False, 0
         if ending == EVENT and change_segments(leg, time):
             duration, last_change, longest = time - last_change, time, end - time
-            still = still + 1 if duration < least_advance else 0
-            ending = _compute_start(leg, time) if still <= MOST_STILL else STANDING_STILL
-            # A step far beyond the segment would be rounded as its polynomials are out there.
-            step = min(step, _FIRST_OF_SEGMENT * duration) if still == 0 else _first_step(leg, time, end - time)
+            ending = _compute_start(leg, time)
+            if duration < STILL * max(1.0, abs(time)):
+                still += is_of_states(leg) * _FACTOR_IN_LEG
+                step = _first_step(leg, time, end - time)
+            else:  # a step far beyond the segment would be rounded as its polynomials are out there
+                still = still + is_of_states(leg) if duration < least_of_leg else 0
+                step = min(step, _FIRST_OF_SEGMENT * duration)
+            if still > _FACTOR_IN_LEG * MOST_STILL:
+                ending = STANDING_STILL
+            elif not _is_finite(leg.instants, 2 * leg.request_count, leg.segmentation_count):
+                ending = NOT_FINITE
     return ending

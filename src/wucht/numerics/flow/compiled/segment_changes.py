@@ -94,6 +94,25 @@ def _use_segment(leg: LegMemory, j: int, segment: int) -> None:
         leg.instant_constants[leg.instant_tail + place + k] = leg.segment_rows[first + k]
 
 
+def _locate_other_segments(leg: LegMemory, time: float, at_end: int) -> None:
+    """Use the segments of the arguments, but the one just begun, until none changes: they may depend on one another's."""
+    place = 2 * leg.request_count + at_end
+    argument = 0.0
+    for attempt in range(leg.segmentation_count + 1):
+        _look(leg, time, 1.0)
+        if attempt == 0:
+            argument = leg.instants[place]
+        has_changed = 0
+        for j in range(leg.segmentation_count):
+            if j != at_end or leg.instants[place] != argument:
+                segment = _segment_of_argument(leg, time, j)
+                if segment != leg.segment[j]:
+                    _use_segment(leg, j, segment)
+                    has_changed = 1
+        if has_changed == 0:
+            break
+
+
 def _open_ends(leg: LegMemory, time: float, j: int) -> None:
     """Place the ends of a segment beyond its argument: an event function that begins a step at zero would be missed."""
     value, place = leg.instants[2 * leg.request_count + j], leg.event_tail + leg.segment_places[j]
@@ -140,12 +159,8 @@ def change_segments(leg: LegMemory, time: float) -> bool:
     if leg.gain_count > 0:
         evaluate(leg.instant, time, leg.state, leg.instant_constants, leg.instants, _GAINS * leg.instant_count)
     _use_segment(leg, at_end, leg.segment[at_end] + leg.event_kinds[event])
-    _look(leg, time, 1.0)
+    _locate_other_segments(leg, time, at_end)
     for j in range(leg.segmentation_count):
-        if j != at_end:
-            segment = _segment_of_argument(leg, time, j)
-            if segment != leg.segment[j]:
-                _use_segment(leg, j, segment)
         _open_ends(leg, time, j)
     if leg.gain_count > 0:
         evaluate(leg.instant, time, leg.state, leg.instant_constants, leg.instants, 0)
@@ -154,3 +169,12 @@ def change_segments(leg: LegMemory, time: float) -> bool:
             leg.state[leg.n - leg.gain_count + k - gains] += jump
     _cool_down(leg, time)
     return True
+
+
+def is_of_states(leg: LegMemory) -> int:
+    """Return 1 if the argument whose end stopped a step depends on states, else 0: one of time alone cannot slide."""
+    at_end = leg.event_segments[leg.counts[STOPPING_EVENT]]
+    for k in range(leg.size_begins[at_end], leg.size_begins[at_end + 1]):
+        if leg.size_states[k] < leg.n:
+            return 1
+    return 0
