@@ -484,15 +484,3 @@ def test_an_argument_that_ceases_to_be_finite_ends_the_run_there():
     trajectory = integrate(compile_system(system), [0.0], {}, np.linspace(0.0, 3.0, 301))
     assert "ceases to be finite" in str(trajectory.failure)
     assert trajectory.time[-1] == pytest.approx(2.0, abs=0.011)
-
-
-@pytest.mark.parametrize(("speed", "begin"), [(1e4, 100.0), (1e5, 100.0), (1e5, 1e4)])
-def test_no_first_step_of_a_leg_passes_whole_turns(speed, begin):
-    """Turns are counted where sin(x) rises, and a torque of its sign is integrated, from angles that allow long steps."""
-    torque = PiecewiseCubic(sp.sin(x), SIGN)
-    system = System((x, y), (sp.Float(speed), torque), angles=frozenset({x}))
-    trajectory = run(system, [begin, 0.0], 0.3, events=(Event("turn", sp.sin(x), 1),), tolerance=1e-9)
-    end = begin + 0.3 * speed
-    assert len(trajectory.hits) == end // (2 * math.pi) - begin // (2 * math.pi)
-    gained = [math.pi - abs(angle % (2 * math.pi) - math.pi) for angle in (begin, end)]
-    assert trajectory.states[1, -1] == pytest.approx((gained[1] - gained[0]) / speed, abs=1e-9)

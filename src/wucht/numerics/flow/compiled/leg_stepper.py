@@ -39,7 +39,6 @@ _SAFETY, _MIN_FACTOR, _MAX_FACTOR = 0.9, 0.2, 6.0  # of step sizes
 _ABSOLUTE = 1e-2  # of the relative tolerance
 _EXPONENT = -1.0 / 8.0
 _SHORTER, _LONGER, _MOST_SHORTENINGS = 0.5, 1.2, 12  # factors of the step length that event functions allow; times in a row
-_FIRST_WITH_EVENTS = 1e-5  # step, of a leg: a longer one may have whole turns in its parts, and there are steps for as many
 _FIRST_OF_SEGMENT = 2.0  # step, of the duration of the segment before
 _SHORTEST = 1e-9  # step that event functions limit, of the time: rounding shows in the functions of shorter ones
 _OF_ROUNDING = 0.1  # error with which a step that rounding limits is accepted: the next one is a fifth longer
@@ -97,7 +96,7 @@ def _first_step(leg: LegMemory, time: float, span: float) -> float:
     step = max(1e-6, small * 1e-3) if largest <= 1e-15 else (0.01 / largest) ** -_EXPONENT
     if not step > 0.0:  # the rates are not finite there
         step = small
-    return min(100.0 * small, step, span if leg.m == 0 else _FIRST_WITH_EVENTS * span)
+    return min(100.0 * small, step, span)
 
 
 def _compute_stage(leg: LegMemory, stage: int, time: float, step: float) -> None:
