@@ -41,10 +41,11 @@ class LegMemory(NamedTuple):
     memory.
     values (6, m): of the event functions. lowest (m,): of these. counts (4,).
 
-    Of the m events the first are requested, the others the upper and lower ends of segments; event_segments (m,): the number of
-    their segmentation. instant: code of the values that decide at an instant: requested event functions, the sizes of their
-    rounding, the arguments of the piecewise functions, and gain_count gains of quadratures; instants (4, instant_count) is
-    memory for them. rates_tail, event_tail, instant_tail: where the numbers of segments begin in the constants of each code.
+    Of the m events the first request_count are a run's own, the others the upper and lower ends of segments; event_segments
+    (m,): the number of their segmentation. instant: code of the values that decide at an instant: the functions of the run's
+    events, the sizes of their rounding, the arguments of the piecewise functions, and gain_count gains of quadratures; instants
+    (4, instant_count) is memory for them. rates_tail, event_tail, instant_tail: where the numbers of segments begin in the
+    constants of each code.
     segment (segmentation_count,): those in use. segment_rows: their numbers, a row a segment; segment_begins: where those of a
     segmentation begin; segment_places: where its numbers begin in the tails, and the end of the last. breakpoints,
     breakpoint_begins: likewise. scales (segmentation_count,): of their ends' functions. size_states, size_begins: the states, n

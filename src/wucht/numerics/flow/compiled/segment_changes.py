@@ -136,7 +136,7 @@ def fold_lowest_arguments(leg: LegMemory) -> None:
 
 
 def _cool_down(leg: LegMemory, time: float) -> None:
-    """Let arguments within rounding of the end of a segment count as inside for as long as rounding is felt."""
+    """Begin cool-downs: an argument within rounding of an end of its segment counts as inside."""
     evaluate(leg.functions, time, leg.state, leg.event_constants, leg.values, SCRATCH * leg.m)
     for i in range(leg.m):
         leg.cool_ends[i] = -_FAR
