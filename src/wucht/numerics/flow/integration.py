@@ -10,7 +10,7 @@ import numpy as np
 
 from wucht.errors import RunError
 from wucht.numerics.flow.coincidences import Coincidence, same_instant_until
-from wucht.numerics.flow.compiled.leg_stepper import MOST_STILL, STILL
+from wucht.numerics.flow.compiled.segment_changes import MOST_STILL, STILL
 from wucht.numerics.flow.compiled_system import CompiledSystem, Integrator
 from wucht.numerics.flow.events import Hit, LegError, LegResult, SlidingError
 from wucht.numerics.flow.program import Numbers

@@ -9,8 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from wucht.numerics.flow.compiled.lane_memory import vectors
-from wucht.numerics.flow.compiled.machine_code import MachineCode, compile_stepper
+from wucht.numerics.flow.compiled.machine_code import MachineCode, compile_stepper, vectors
 from wucht.numerics.flow.compiled.points_kernel import PointsMemory, evaluate_points
 from wucht.numerics.flow.compiled.straight_line_code import module_text
 from wucht.numerics.flow.program import Program

@@ -13,6 +13,7 @@ import numpy as np
 STAGES = 12  # of a step
 ALL_STAGES = 16  # with the rates at its end, which are the next step's first, and three stages for the dense output
 SMALLEST_TOLERANCE = 1e-13  # below it, errors are rounding
+OF_ROUNDING = 0.1  # error with which a step that rounding limits is accepted: the next one is a fifth longer
 DENSE_ROWS = 4  # of the seven coefficients of the dense output, those that are sums over stages
 
 # By stage: the coefficients of the stages before it. Those of stage 12 are the weights of the step.

@@ -23,6 +23,9 @@ from wucht.numerics.flow.compiled.leg_memory import (
 
 _VERTICES = 3  # parabolas, until an event function that nears zero within a part is taken to have stayed on its side
 _CURVATURE = 0.1  # third and fourth differences, of the size of an event function, that limit steps
+# Factors of the step length that event functions allow, and times in a row that they shorten a step.
+SHORTER, LONGER, MOST_SHORTENINGS = 0.5, 1.2, 12
+SHORTEST = 1e-9  # step that they limit, of the time: rounding shows in the functions of shorter ones
 _NOTICEABLE = 1e-9  # size of event functions below which they may be rounding, and do not limit steps
 
 

@@ -3,26 +3,42 @@
 Each lane has its own time, step size, state and constants, and takes the next member when its member has come to the end: the
 numbers of a member depend on nothing else. While it steps, quantities are observed: their values at the times of a grid, and
 the largest values of some. Steps end at the times of a grid whose times are farther from each other than half a step; within a
-longer step, and to locate a largest value, states come from the dense output, which costs half as much as a step.
+longer step, and to locate a largest value, states come from the dense output, which costs half as much as a step. Each lane has
+its own segments of piecewise functions, and ends its steps at its own breakpoints (``lane_segments``).
 E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I", Springer 1993, sections II.4 (step sizes),
 II.6 (dense output) and II.10 (error). All is in the part of Python that ``kernel_translation`` translates.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
-
 import numpy as np
 
-from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROW, DENSE_ROWS, ERROR_ROWS, STAGES
-
-Reals = np.ndarray
-Integers = np.ndarray
-Lanes = np.ndarray  # (width,)
-Marks = np.ndarray  # (width,) of bool
-LaneArray = np.ndarray  # (count, width)
-Function = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray] | int  # of times, states, constants; or its address
+from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROW, DENSE_ROWS, ERROR_ROWS, OF_ROUNDING, STAGES
+from wucht.numerics.flow.compiled.event_location import LONGER, SHORTER
+from wucht.numerics.flow.compiled.lane_memory import (
+    LaneArray,
+    LanesMemory,
+    Lanes,
+    Marks,
+    any_lane,
+    ceiling,
+    evaluate_lanes,
+    larger,
+    root,
+    select,
+    smaller,
+)
+from wucht.numerics.flow.compiled.lane_segments import NO_EVENT, begin_lane, change_lane, follow_lane
+from wucht.numerics.flow.compiled.leg_memory import (
+    END,
+    EPS,
+    NO_STEPS_LEFT,
+    NOT_FINITE,
+    STANDING_STILL,
+    TINY,
+    LegMemory,
+)
+from wucht.numerics.flow.compiled.segment_changes import MOST_CHANGES
 
 PLACES = 4  # of a step, at which quantities with a largest value are computed where one may be
 _RANGE_MARGIN = 0.25  # of the range of five places of a step: so much larger a quantity may be between two of them
@@ -31,129 +47,17 @@ _FIRST_PEAK_STAGE, _LAST_PEAK_STAGE = 7, 9
 # Shares of the step size: a time of the grid that is nearer is stepped over; a step is stretched by no more to end at one.
 _SHORTEST_STEP_SHARE, _LARGEST_STRETCH = 0.6, 1.05
 _PEAK_FACTOR = 1.0 + 1e-4  # times as large as the largest so far: else a place is not located more closely
+_EVENT_MARGIN = 1.0  # of the range of an event function at five places of a step: farther from zero it does not pass it within
 _VERTEX_FACTOR = 1.3  # times the gain at a parabola's vertex may be there
-_EPS = 2.0**-52
-_TINY = 1e-300
 _SAFETY, _MIN_FACTOR, _MAX_FACTOR = 0.9, 0.2, 6.0  # of step sizes
 _ABSOLUTE = 1e-2  # of the relative tolerance
 _NEVER = np.inf
+_OFTEN = 2.0  # a step that was shortened so many times may be one that rounding limits
 _REFILL_SHARE = 8  # lanes are given new members when one in so many is idle
 
-END, NO_STEPS_LEFT, NOT_FINITE = range(3)  # how a member ends
 NEXT, ACTIVE, WAITING = range(3)  # places in the counts: the next member, how many lanes have one, samples in the queue
 NONE_BEGUN = -1  # in the counts
 IDLE = -1  # member of a lane that has none
-
-
-class LanesMemory(NamedTuple):
-    """M members that are advanced over a grid of times, and the memory for it."""
-
-    # Code of the system, of quantities that are sampled, and of those whose largest values are sought.
-    rates: Function
-    samplers: Function
-    peak_quantities: Function
-    width: int  # of vectors
-    n: int  # states
-    rate_constant_count: int  # constants of each code
-    sampler_constant_count: int
-    peak_constant_count: int
-    value_count: int  # quantities
-    peak_count: int
-    peak_state_count: int
-    member_count: int  # M
-    grid_count: int  # times, the first of which is the beginning
-    most_steps: int  # of a member
-    rounds: int  # steps of all lanes in one call
-    tolerance: float
-    peak_states: Integers  # (peak_state_count,): on which the peak quantities depend
-    is_angle: Reals  # (n,): 1 for states whose size is no measure of a motion
-    constants: Reals  # (constants of all codes, M)
-    nodes: Reals  # (16,), and the rows of coefficients without zeros: see ``dormand_prince``
-    row_weights: Reals
-    row_places: Integers  # of stages in k
-    row_begins: Integers
-    grid: Reals  # (grid_count,)
-    states: Reals  # (n, M): at the beginning, then at the end; of one that fails, at its last sample
-    samples: Reals  # (grid_count - 1, value_count, M)
-    progress: Reals  # (1 + peak_count, M): sizes of the next steps, 0 where not known, and the largest values so far
-    times: Reals  # (M,): when each ended
-    sample_times: Reals  # (M,): of its last sample
-    endings: Integers  # (M,): how each ended
-    members: Integers  # (width,): of lanes
-    rows: Integers  # (width,): their next samples
-    counts: Integers  # (3,)
-    queue_members: Integers  # (width,): of the samples that wait until they fill a vector
-    queue_rows: Integers
-    # A number for each lane: of ``clock`` to ``last_sample_time`` one vector.
-    clock: LaneArray
-    size: LaneArray  # of the step
-    is_busy: LaneArray  # 0 or 1, as the next three
-    is_new: LaneArray
-    is_shortened: LaneArray
-    mark: LaneArray
-    steps: LaneArray  # so far
-    next_sample_time: LaneArray
-    moment: LaneArray  # a time to evaluate at
-    last_sample_time: LaneArray
-    state: LaneArray  # (n,), as the others but k and dense
-    next_state: LaneArray  # at the end of the step
-    point: LaneArray  # within the step
-    last_sample: LaneArray
-    error_5: LaneArray
-    error_3: LaneArray
-    k: LaneArray  # (16 n,): rates of the stages
-    dense: LaneArray  # (7 n,): coefficients of the dense output
-    rate_constants: LaneArray
-    sampler_constants: LaneArray
-    peak_constants: LaneArray
-    values: LaneArray  # (value_count,): of a sample
-    queue_time: LaneArray
-    queue_states: LaneArray  # (n,)
-    queue_constants: LaneArray
-    peak_value: LaneArray  # (peak_count,): at a place of a step
-    highest: LaneArray  # (peak_count,): at its beginning and some stages
-    lowest: LaneArray
-    places: LaneArray  # (5 peak_count,): at all of them
-    best: LaneArray  # (peak_count,): the largest so far
-
-
-def evaluate_lanes(
-    function: Function, time: LaneArray, state: LaneArray, constants: LaneArray, values: LaneArray, first: int
-) -> None:
-    """Store the values of a function from a place on."""
-    assert callable(function)
-    results = function(time, state, constants)
-    values[first : first + len(results)] = results
-
-
-def select(marks: Marks, first: Lanes | float, second: Lanes | float) -> Lanes:
-    """Select the first where marked, else the second."""
-    return np.where(marks, first, second)
-
-
-def larger(first: Lanes | float, second: Lanes | float) -> Lanes:
-    """Return the larger of two, lane by lane."""
-    return np.maximum(first, second)
-
-
-def smaller(first: Lanes | float, second: Lanes | float) -> Lanes:
-    """Return the smaller of two, lane by lane."""
-    return np.minimum(first, second)
-
-
-def root(x: Lanes) -> Lanes:
-    """Return the square root."""
-    return np.asarray(np.sqrt(x))
-
-
-def ceiling(x: Lanes) -> Lanes:
-    """Return the next whole number."""
-    return np.asarray(np.ceil(x))
-
-
-def any_lane(marks: Marks) -> bool:
-    """Return whether a lane is marked."""
-    return bool(np.any(marks))
 
 
 def _add_stages(m: LanesMemory, row: int, step: Lanes, end: LaneArray) -> None:
@@ -244,6 +148,8 @@ def _attempt(m: LanesMemory, time: Lanes, step: Lanes) -> Lanes:
     """Attempt steps from states whose rates are known; return their errors, at most 1 where accepted: section II.10."""
     for j in range(m.peak_count):
         m.highest[j] = m.lowest[j] = m.places[j]
+    for j in range(m.event_count):
+        m.highest_event_values[j] = m.lowest_event_values[j] = m.first_event_values[j]
     for stage in range(1, STAGES):
         _compute_stage(m, stage, time, step)
         if m.peak_count > 0 and _FIRST_PEAK_STAGE <= stage <= _LAST_PEAK_STAGE:
@@ -251,6 +157,11 @@ def _attempt(m: LanesMemory, time: Lanes, step: Lanes) -> Lanes:
             for j in range(m.peak_count):
                 m.highest[j] = larger(m.highest[j], m.peak_value[j])
                 m.lowest[j] = smaller(m.lowest[j], m.peak_value[j])
+        if m.event_count > 0 and _FIRST_PEAK_STAGE <= stage <= _LAST_PEAK_STAGE:
+            evaluate_lanes(m.event_functions, m.moment, m.point, m.event_constants, m.event_values, 0)
+            for j in range(m.event_count):
+                m.highest_event_values[j] = larger(m.highest_event_values[j], m.event_values[j])
+                m.lowest_event_values[j] = smaller(m.lowest_event_values[j], m.event_values[j])
     _add_stages(m, STAGES, step, m.next_state)
     _sum_stages(m, ERROR_ROWS, m.error_5, 0)
     _sum_stages(m, ERROR_ROWS + 1, m.error_3, 0)
@@ -333,7 +244,7 @@ def _flush_queue(m: LanesMemory) -> None:
 def _update_peaks(m: LanesMemory, time: Lanes, step: Lanes, may_peak: Marks) -> None:
     """Compute quantities at the places within steps, and locate those that are larger than all before."""
     for place in range(1, PLACES):
-        _compute_peak_quantities(m, time, step, place / PLACES + 0.0 * step)
+        _compute_peak_quantities(m, time, step, place / PLACES * m.share[0])
         for j in range(m.peak_count):
             value = m.peak_value[j]
             m.places[place * m.peak_count + j] = value
@@ -353,11 +264,11 @@ def _locate(m: LanesMemory, j: int, place: int, time: Lanes, step: Lanes, succes
     gain = 0.125 * slope * slope / bend
     may_peak = success & (bend > 0.0) & (abs(shift) <= 1.0) & (value + _VERTEX_FACTOR * gain > _PEAK_FACTOR * m.best[j])
     if any_lane(may_peak):
-        _compute_peak_quantities(m, time, step, (place + shift) / PLACES)
+        _compute_peak_quantities(m, time, step, (place + shift) / PLACES * m.share[0])
         m.best[j] = select(may_peak & (m.peak_value[j] > m.best[j]), m.peak_value[j], m.best[j])
 
 
-def _fill_lanes(m: LanesMemory) -> None:
+def _fill_lanes(m: LanesMemory, leg: LegMemory) -> None:
     """Give idle lanes the next members, and compute what their first steps need."""
     for lane in range(m.width):
         m.is_new[0][lane] = 0.0
@@ -376,12 +287,30 @@ def _fill_lanes(m: LanesMemory) -> None:
                 m.peak_constants[i][lane] = m.constants[
                     (m.rate_constant_count + m.sampler_constant_count + i) * m.member_count + member
                 ]
+            for i in range(m.event_constant_count):
+                m.event_constants[i][lane] = m.constants[
+                    (m.rate_constant_count + m.sampler_constant_count + m.peak_constant_count + i) * m.member_count + member
+                ]
+            for i in range(m.instant_constant_count):
+                m.instant_constants[i][lane] = m.constants[
+                    (
+                        m.rate_constant_count
+                        + m.sampler_constant_count
+                        + m.peak_constant_count
+                        + m.event_constant_count
+                        + i
+                    )
+                    * m.member_count
+                    + member
+                ]
             m.size[0][lane] = m.progress[member]
             for j in range(m.peak_count):
                 m.best[j][lane] = m.progress[(1 + j) * m.member_count + member]
             m.clock[0][lane] = m.last_sample_time[0][lane] = m.grid[0]
             m.next_sample_time[0][lane], m.steps[0][lane] = m.grid[1], 0.0
             m.is_new[0][lane], m.is_busy[0][lane], m.is_shortened[0][lane] = 1.0, 1.0, 0.0
+            if m.event_count > 0:
+                begin_lane(m, leg, lane)
     evaluate_lanes(m.rates, m.clock, m.state, m.rate_constants, m.k, 0)
     is_new = m.is_new[0] != 0.0
     needs_size = is_new & (m.size[0] <= 0.0)
@@ -412,9 +341,83 @@ def _release_lanes(m: LanesMemory, ending: int, has_ended: Marks) -> None:
             m.counts[ACTIVE] -= 1
 
 
-def _advance_once(m: LanesMemory, end: float) -> None:
+def _rounding_errors(m: LanesMemory, time: Lanes, step: Lanes) -> Lanes:
+    """Return the errors that rounding of the states alone makes in steps: see ``_rounding_error`` of ``leg_stepper``."""
+    largest = 0.0 * step
+    m.moment[0] = time
+    digit = 1
+    while digit < 2 * m.n:
+        squares = 0.0 * step
+        for i in range(m.n):
+            m.point[i] = m.state[i] * (1.0 + (EPS if i % (2 * digit) < digit else -EPS))
+        evaluate_lanes(m.rates, m.moment, m.point, m.rate_constants, m.error_5, 0)
+        for i in range(m.n):
+            squares += ((m.error_5[i] - m.k[i]) / _allowed_error(m, i, m.state[i], m.next_state[i])) ** 2
+        largest = larger(largest, squares)
+        digit = 2 * digit
+    result: Lanes = step * root(largest / m.n)
+    return result
+
+
+def _mark_near_events(m: LanesMemory, success: Marks) -> Marks:
+    """Mark the lanes in whose steps an event function may pass zero."""
+    evaluate_lanes(m.event_functions, m.next_time, m.next_state, m.event_constants, m.event_values, 0)
+    is_near = success & ~success
+    for j in range(m.event_count):
+        high = larger(m.highest_event_values[j], m.event_values[j])
+        low = smaller(m.lowest_event_values[j], m.event_values[j])
+        margin = _EVENT_MARGIN * (high - low)
+        is_near = is_near | (success & (high + margin >= 0.0) & (low - margin <= 0.0))
+    return is_near
+
+
+def _follow_events(m: LanesMemory, leg: LegMemory, time: Lanes, step: Lanes, success: Marks) -> bool:
+    """Locate the events at which accepted steps end; return whether the dense output was computed."""
+    is_near = _mark_near_events(m, success)
+    m.share[0], m.is_too_long[0] = 1.0, 0.0
+    has_dense = any_lane(is_near)
+    if has_dense:
+        _compute_dense(m, time, step)
+        m.mark[0] = select(is_near, 1.0, 0.0)
+        for lane in range(m.width):
+            if m.mark[0][lane] != 0.0:
+                follow_lane(m, leg, lane)
+    is_accepted = success & (m.is_too_long[0] == 0.0)
+    for j in range(m.event_count):
+        m.first_event_values[j] = select(is_accepted, m.event_values[j], m.first_event_values[j])
+    return has_dense
+
+
+def _change_segments(m: LanesMemory, leg: LegMemory, step: Lanes, success: Marks) -> None:
+    """Limit the next steps as event functions require, and begin the segments of the lanes that have stopped at an event."""
+    is_too_long = m.is_too_long[0] != 0.0
+    m.longest[0] = select(success, LONGER * m.longest[0], select(is_too_long, step, m.longest[0]))
+    m.size[0] = smaller(select(is_too_long, SHORTER * step, m.size[0]), m.longest[0])
+    m.shortenings[0] = select(success, 0.0, m.shortenings[0] + m.is_too_long[0])
+    has_changed = False
+    for lane in range(m.width):
+        if m.stops[lane] != NO_EVENT:
+            change_lane(m, leg, lane)
+            m.stops[lane], has_changed = NO_EVENT, True
+    if has_changed:
+        evaluate_lanes(m.rates, m.clock, m.state, m.rate_constants, m.k, 0)
+
+
+def _release_sliding_lanes(m: LanesMemory) -> None:
+    """End the members whose segments change again and again while time stands still."""
+    for lane in range(m.width):
+        m.mark[0][lane] = 1.0 if m.members[lane] != IDLE and m.standstills[lane] > MOST_CHANGES else 0.0
+    has_ended = m.mark[0] != 0.0
+    if any_lane(has_ended):
+        _release_lanes(m, STANDING_STILL, has_ended)
+
+
+def _advance_once(m: LanesMemory, leg: LegMemory, end: float) -> None:
     """Attempt a step on each lane."""
     time = m.clock[0]
+    is_busy = m.is_busy[0] != 0.0
+    if m.event_count > 0 and any_lane(is_busy & (m.size[0] <= 0.0)):
+        m.size[0] = select(is_busy & (m.size[0] <= 0.0), _first_steps(m, end - time), m.size[0])
     goal = smaller(m.next_sample_time[0], end)
     distance = goal - time
     parts = ceiling(distance / (_LARGEST_STRETCH * m.size[0]))
@@ -424,12 +427,21 @@ def _advance_once(m: LanesMemory, end: float) -> None:
     is_last = next_time + 0.01 * step >= end
     step, next_time = select(is_last, end - time, step), select(is_last, end, next_time)
     error = _attempt(m, time, step)
+    if m.event_count > 0:
+        is_often_shortened = (error > 1.0) & (m.is_shortened[0] >= _OFTEN)
+        if any_lane(is_often_shortened):
+            error = select(is_often_shortened & (error <= _rounding_errors(m, time, step)), OF_ROUNDING, error)
     m.moment[0] = next_time
     evaluate_lanes(m.rates, m.moment, m.next_state, m.rate_constants, m.k, STAGES * m.n)
-    is_busy = m.is_busy[0] != 0.0
     success = is_busy & (error <= 1.0) & _finite_lanes(m.k, STAGES * m.n, m.n)
+    has_dense = False
+    if m.event_count > 0:
+        m.attempted[0], m.next_time[0] = step, next_time
+        has_dense = _follow_events(m, leg, time, step, success)
+        success, next_time = success & (m.is_too_long[0] == 0.0), m.next_time[0]
     may_peak = is_busy & ~is_busy
     if m.peak_count > 0:
+        m.moment[0] = next_time
         evaluate_lanes(m.peak_quantities, m.moment, m.next_state, m.peak_constants, m.peak_value, 0)
         for j in range(m.peak_count):
             high, low = larger(m.highest[j], m.peak_value[j]), smaller(m.lowest[j], m.peak_value[j])
@@ -437,7 +449,7 @@ def _advance_once(m: LanesMemory, end: float) -> None:
             m.places[PLACES * m.peak_count + j] = m.peak_value[j]
             m.best[j] = select(success & (m.peak_value[j] > m.best[j]), m.peak_value[j], m.best[j])
     has_candidates = any_lane(may_peak)
-    if has_candidates or any_lane(success & (m.next_sample_time[0] < next_time)):
+    if not has_dense and (has_candidates or any_lane(success & (m.next_sample_time[0] < next_time))):
         _compute_dense(m, time, step)
     if has_candidates:
         _update_peaks(m, time, step, may_peak)
@@ -454,15 +466,19 @@ def _advance_once(m: LanesMemory, end: float) -> None:
     reduction = select(error > 1.0, larger(proposal, _MIN_FACTOR), _MIN_FACTOR)
     size = step * select(success, growth, reduction)
     m.size[0] = select(success & (growth >= _MAX_FACTOR), larger(size, m.size[0]), size)
-    m.is_shortened[0] = select(success, 0.0, 1.0)
+    m.is_shortened[0] = select(success, 0.0, m.is_shortened[0] + 1.0)
     m.steps[0] = m.steps[0] + 1.0
     is_at_end = is_busy & (m.clock[0] >= end)
-    is_broken = is_busy & ~success & ((m.size[0] <= 4.0 * _EPS * abs(time)) | (m.size[0] < _TINY))
+    if m.event_count > 0:
+        _change_segments(m, leg, step, success)
+    is_broken = is_busy & ~success & ((m.size[0] <= 4.0 * EPS * abs(time)) | (m.size[0] < TINY))
     has_no_steps_left = is_busy & ~is_at_end & ~is_broken & (m.steps[0] >= float(m.most_steps))
     if any_lane(is_at_end | is_broken | has_no_steps_left):
         _release_lanes(m, END, is_at_end)
         _release_lanes(m, NOT_FINITE, is_broken)
         _release_lanes(m, NO_STEPS_LEFT, has_no_steps_left)
+    if m.event_count > 0:
+        _release_sliding_lanes(m)
 
 
 def _begin(m: LanesMemory) -> None:
@@ -471,22 +487,25 @@ def _begin(m: LanesMemory) -> None:
     for lane in range(m.width):
         m.members[lane] = IDLE
         m.is_busy[0][lane], m.size[0][lane], m.clock[0][lane], m.next_sample_time[0][lane] = 0.0, 1.0, m.grid[0], _NEVER
+        m.share[0][lane] = 1.0
+        if m.event_count > 0:
+            m.stops[lane] = NO_EVENT
         for i in range(m.n):
             m.state[i][lane] = 0.0
 
 
-def advance_lanes(m: LanesMemory) -> int:
+def advance_lanes(m: LanesMemory, leg: LegMemory) -> int:
     """Advance members over the grid, for so many rounds; return how many lanes are still in use: to be called until none is."""
     end = m.grid[m.grid_count - 1]
     if m.counts[NEXT] == NONE_BEGUN:
         _begin(m)
-        _fill_lanes(m)
+        _fill_lanes(m, leg)
     for _ in range(m.rounds):
         if m.counts[ACTIVE] == 0:
             break
-        _advance_once(m, end)
+        _advance_once(m, leg, end)
         if m.counts[NEXT] < m.member_count and (m.width - m.counts[ACTIVE]) * _REFILL_SHARE >= m.width:
-            _fill_lanes(m)
+            _fill_lanes(m, leg)
     if m.counts[ACTIVE] == 0:
         _flush_queue(m)
     active: int = m.counts[ACTIVE]

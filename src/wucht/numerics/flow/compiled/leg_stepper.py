@@ -11,8 +11,17 @@ from __future__ import annotations
 
 import math
 
-from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROW, DENSE_ROWS, ERROR_ROWS, STAGES
-from wucht.numerics.flow.compiled.event_location import are_followed, begin_events, evaluate_events, locate_events
+from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROW, DENSE_ROWS, ERROR_ROWS, OF_ROUNDING, STAGES
+from wucht.numerics.flow.compiled.event_location import (
+    LONGER,
+    MOST_SHORTENINGS,
+    SHORTER,
+    SHORTEST,
+    are_followed,
+    begin_events,
+    evaluate_events,
+    locate_events,
+)
 from wucht.numerics.flow.compiled.leg_memory import (
     BLOCK,
     END,
@@ -33,20 +42,21 @@ from wucht.numerics.flow.compiled.leg_memory import (
     dense_point,
     evaluate,
 )
-from wucht.numerics.flow.compiled.segment_changes import change_segments, fold_lowest_arguments, is_of_states
+from wucht.numerics.flow.compiled.segment_changes import (
+    FIRST_OF_SEGMENT,
+    MOST_CHANGES,
+    STILL,
+    STILL_IN_LEG,
+    change_segments,
+    changes_at_standstill,
+    fold_lowest_arguments,
+)
 
 _SAFETY, _MIN_FACTOR, _MAX_FACTOR = 0.9, 0.2, 6.0  # of step sizes
 _ABSOLUTE = 1e-2  # of the relative tolerance
 _EXPONENT = -1.0 / 8.0
-_SHORTER, _LONGER, _MOST_SHORTENINGS = 0.5, 1.2, 12  # factors of the step length that event functions allow; times in a row
-_FIRST_OF_SEGMENT = 2.0  # step, of the duration of the segment before
-_SHORTEST = 1e-9  # step that event functions limit, of the time: rounding shows in the functions of shorter ones
-_OF_ROUNDING = 0.1  # error with which a step that rounding limits is accepted: the next one is a fifth longer
 _NOT_FOLLOWED = -1  # of a step: it is too long for an event function
 _FAR = 1e300
-# A motion slides after so many changes of segment in succession, each after a shorter advance: of the time, or of a leg.
-STILL, MOST_STILL = 1e-10, 200
-_STILL_IN_LEG, _FACTOR_IN_LEG = 1e-9, 100  # times as many in a leg: a fast motion that dies out is not one that slides
 
 
 def _add_stages(leg: LegMemory, row: int, step: float, begin: Reals, end: Reals) -> None:
@@ -108,7 +118,7 @@ def _attempt(leg: LegMemory, time: float, step: float, next_time: float) -> floa
     """Attempt a step from a state whose rates are known, and compute those at its end; return its error, as ``_step_error``."""
     error = _step_error(leg, time, step)
     if error > 1.0 and error <= _rounding_error(leg, time, step):
-        error = _OF_ROUNDING
+        error = OF_ROUNDING
     if error > 1.0:
         return error
     evaluate(leg.rates, next_time, leg.next_state, leg.constants, leg.k, STAGES * leg.width)
@@ -243,8 +253,8 @@ def advance(leg: LegMemory) -> int:
 
 def _advance(leg: LegMemory) -> int:
     time, end, ending = leg.clock[0], leg.grid[leg.grid_count - 1], END
-    least_of_leg = _STILL_IN_LEG * (end - time)
-    last_change, still = time, 0
+    least_of_leg = STILL_IN_LEG * (end - time)
+    last_change, changes = time, 0
     step, longest, shortenings, is_shortened = _first_step(leg, time, end - time), end - time, 0, False
     while ending == END and time < end:
         if leg.counts[STEP_COUNT] >= leg.most_steps:
@@ -261,25 +271,24 @@ def _advance(leg: LegMemory) -> int:
             if step <= 4.0 * EPS * abs(time) or step < TINY:
                 ending = NOT_FINITE
             continue
-        may_shorten = shortenings < _MOST_SHORTENINGS and step > _SHORTEST * max(1.0, abs(time))
+        may_shorten = shortenings < MOST_SHORTENINGS and step > SHORTEST * max(1.0, abs(time))
         ending = _accept(leg, time, step, next_time, may_shorten)
         if ending == _NOT_FOLLOWED:
-            ending, longest, step = END, step, _SHORTER * step
+            ending, longest, step = END, step, SHORTER * step
             shortenings += 1
             continue
-        longest *= _LONGER
+        longest *= LONGER
         step = min(longest, step * _longer(error, is_shortened))
         time, is_shortened, shortenings = leg.clock[0], False, 0
         if ending == EVENT and change_segments(leg, time):
             duration, last_change, longest = time - last_change, time, end - time
             ending = _compute_start(leg, time)
+            changes = changes_at_standstill(leg, time, duration, least_of_leg, changes)
             if duration < STILL * max(1.0, abs(time)):
-                still += is_of_states(leg) * _FACTOR_IN_LEG
                 step = _first_step(leg, time, end - time)
             else:  # a step far beyond the segment would be rounded as its polynomials are out there
-                still = still + is_of_states(leg) if duration < least_of_leg else 0
-                step = min(step, _FIRST_OF_SEGMENT * duration)
-            if still > _FACTOR_IN_LEG * MOST_STILL:
+                step = min(step, FIRST_OF_SEGMENT * duration)
+            if changes > MOST_CHANGES:
                 ending = STANDING_STILL
             elif not _is_finite(leg.instants, 2 * leg.request_count, leg.segmentation_count):
                 ending = NOT_FINITE

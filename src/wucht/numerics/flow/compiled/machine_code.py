@@ -16,6 +16,7 @@ from types import ModuleType
 from typing import Any, cast, get_type_hints
 
 import llvmlite.binding as llvm
+import numpy as np
 
 from wucht.disk_cache import derived_once
 from wucht.numerics.flow.compiled.kernel_translation import INSTRUCTIONS, kernel_text
@@ -48,26 +49,35 @@ class MachineCode:
 
 @cache
 def compile_stepper(function: Callable[[Any], int], width: int = 1) -> Callable[..., int]:
-    """Compile a function of a record of memory with its module, or read what an earlier process made of it.
+    """Compile a function of records of memory with its module, or read what an earlier process made of it.
 
-    What is returned does not hold the interpreter's lock; its arguments are the fields of the record: numbers, else addresses.
+    What is returned does not hold the interpreter's lock; its arguments are the fields of the records: numbers, else addresses.
     width: of vectors.
     """
-    name, modules = function.__name__, _modules_of(function)
-    numbers = tuple({key: v for module in modules for key, v in vars(module).items() if isinstance(v, int | float)}.items())
+    name, (*records, _) = function.__name__, get_type_hints(function).values()
+    modules = _modules_of(function.__module__, *(record.__module__ for record in records))
     text = "".join(map(getsource, modules))
-    code = MachineCode.of_file(_stepper_file(text, name, numbers, width, target_description()), (name,))
-    record, _ = get_type_hints(function).values()
+    code = MachineCode.of_file(_stepper_file(text, name, _numbers_of(modules), width, target_description()), (name,))
     kinds: dict[type, Any] = {int: ctypes.c_int64, float: ctypes.c_double}
-    arguments = [kinds.get(kind, ctypes.c_void_p) for kind in get_type_hints(record).values()]
+    arguments = [kinds.get(kind, ctypes.c_void_p) for record in records for kind in get_type_hints(record).values()]
     machine_code: Any = ctypes.CFUNCTYPE(ctypes.c_int64, *arguments)(code.addresses[name])
     machine_code.code = code  # which must live as long
     return cast(Callable[..., int], machine_code)
 
 
-def _modules_of(function: Callable[..., Any]) -> list[ModuleType]:
-    """Return the module of a function, and those from which it imports functions that are translated."""
-    modules, pending = dict[str, ModuleType](), [function.__module__]
+def _numbers_of(modules: list[ModuleType]) -> tuple[tuple[str, float], ...]:
+    """Return the numbers that have names in modules. Raises ``TypeError`` where two modules differ."""
+    numbers = dict[str, float]()
+    for module in modules:
+        for name, value in vars(module).items():
+            if isinstance(value, int | float) and numbers.setdefault(name, value) != value:
+                raise TypeError(f"two modules of one stepper have different numbers of the name {name}")
+    return tuple(numbers.items())
+
+
+def _modules_of(*names: str) -> list[ModuleType]:
+    """Return the modules of these names, and those from which they import functions that are translated."""
+    modules, pending = dict[str, ModuleType](), [*names]
     while pending:
         name = pending.pop()
         if name not in modules:
@@ -129,3 +139,10 @@ def _register_library() -> None:
     library = ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None)
     for name in LIBRARY:
         llvm.add_symbol(LIBRARY_PREFIX + name, ctypes.cast(getattr(library, name), ctypes.c_void_p).value)
+
+
+def vectors(count: int, width: int) -> np.ndarray:
+    """Return memory for so many vectors of so many numbers, zero, aligned as the processor reads them."""
+    room = np.zeros((count + 1) * width)
+    first = -(room.ctypes.data // room.itemsize) % width
+    return room[first : first + count * width]

@@ -4,12 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
-from wucht.numerics.flow.compiled.lanes_stepper import Function, evaluate_lanes
-
-Reals = np.ndarray
-LaneArray = np.ndarray  # (count, width)
+from wucht.numerics.flow.compiled.lane_memory import Function, LaneArray, Reals, evaluate_lanes
 
 
 class PointsMemory(NamedTuple):

@@ -14,6 +14,11 @@ END_MARGIN = 2e-15  # of the largest number that occurs: smallest distance of a 
 ROUNDING = 1000.0 * EPS  # of the largest number that occurs, and of the time: a nearer argument is on its breakpoint
 AT_BREAKPOINT = 1e-12  # for the ends' functions, and relative to the time
 HIGH, HAS_LOW, HAS_HIGH = 1, 2, 3  # places in a row; the low end is the first
+FIRST_OF_SEGMENT = 2.0  # step, of the duration of the segment before
+# A motion slides after so many changes of segment in succession, each after a shorter advance: of the time, or of a leg.
+STILL, MOST_STILL = 1e-10, 200
+STILL_IN_LEG, _FACTOR_IN_LEG = 1e-9, 100  # times as many in a leg: a fast motion that dies out is not one that slides
+MOST_CHANGES = MOST_STILL * _FACTOR_IN_LEG
 _FAR = 1e300
 _BEFORE, _LATER, _GAINS = 1, 2, 3  # rows of instants: a little earlier or later, of one length of these, before a change
 
@@ -95,12 +100,15 @@ def _use_segment(leg: LegMemory, j: int, segment: int) -> None:
 
 
 def _locate_other_segments(leg: LegMemory, time: float, at_end: int) -> None:
-    """Use the segments of the arguments, but the one just begun, until none changes: they may depend on one another's."""
+    """Use the segments of the arguments, but the one just begun, until none changes: they may depend on one another's.
+
+    at_end: the number of that one, negative for none.
+    """
     place = 2 * leg.request_count + at_end
     argument = 0.0
     for attempt in range(leg.segmentation_count + 1):
         _look(leg, time, 1.0)
-        if attempt == 0:
+        if attempt == 0 and at_end >= 0:
             argument = leg.instants[place]
         has_changed = 0
         for j in range(leg.segmentation_count):
@@ -122,6 +130,23 @@ def _open_ends(leg: LegMemory, time: float, j: int) -> None:
         leg.event_constants[place] = min(leg.segment_rows[first], value - margin)
     if leg.segment_rows[first + HAS_HIGH] > 0.0:
         leg.event_constants[place + HIGH] = max(leg.segment_rows[first + HIGH], value + margin)
+
+
+def begin_segments(leg: LegMemory, time: float) -> None:
+    """Locate the segments in use at the beginning of a motion: see ``SegmentLocator.start``."""
+    for j in range(leg.segmentation_count):
+        _use_segment(leg, j, 0)
+    for i in range(leg.m):
+        leg.cool_ends[i], leg.cool_signs[i] = -_FAR, 0.0
+    for _ in range(leg.segmentation_count):  # rates may be infinite on wrong segments: first those of the arguments alone
+        evaluate(leg.instant, time, leg.state, leg.instant_constants, leg.instants, 0)
+        for i in range(leg.instant_count):
+            leg.instants[leg.instant_count + i] = leg.instants[i]
+        for j in range(leg.segmentation_count):
+            _use_segment(leg, j, _segment_of_argument(leg, time, j))
+    _locate_other_segments(leg, time, -1)
+    for j in range(leg.segmentation_count):
+        _open_ends(leg, time, j)
 
 
 def fold_lowest_arguments(leg: LegMemory) -> None:
@@ -171,10 +196,15 @@ def change_segments(leg: LegMemory, time: float) -> bool:
     return True
 
 
-def is_of_states(leg: LegMemory) -> int:
-    """Return 1 if the argument whose end stopped a step depends on states, else 0: one of time alone cannot slide."""
-    at_end = leg.event_segments[leg.counts[STOPPING_EVENT]]
+def changes_at_standstill(leg: LegMemory, time: float, duration: float, least: float, changes: int) -> int:
+    """Count the changes in succession after one that followed a segment of a duration: one where time stands still as many.
+
+    Those of arguments of the time alone are none: they cannot slide. least: duration that is no standstill.
+    """
+    at_end, is_of_states = leg.event_segments[leg.counts[STOPPING_EVENT]], 0
     for k in range(leg.size_begins[at_end], leg.size_begins[at_end + 1]):
         if leg.size_states[k] < leg.n:
-            return 1
-    return 0
+            is_of_states = 1
+    if duration < STILL * max(1.0, abs(time)):
+        return changes + is_of_states * _FACTOR_IN_LEG
+    return changes + is_of_states if duration < least else 0
