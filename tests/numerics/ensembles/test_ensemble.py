@@ -209,7 +209,7 @@ def test_starts_and_parameters_that_cannot_be_computed_with(engine: str) -> None
     assert ends.states[[0, 3], 0] == pytest.approx(np.exp([-2, -1]), rel=1e-6)
 
 
-def test_events_and_piecewise_functions_go_one_by_one(engine: str) -> None:
+def test_events_go_one_by_one(engine: str) -> None:
     """A ramp that ends at t = 2.5, in the midst of a chunk; an event that stops, and one whose action changes a parameter."""
     ramp = PiecewiseCubic(TIME, interpolated_pieces("ramp", [0.0, 2.5], [0.0, 1.0], "linear"))
     system = System((x,), (w * ramp,), (w,))
@@ -228,10 +228,9 @@ def test_events_and_piecewise_functions_go_one_by_one(engine: str) -> None:
     assert ends.times[3] == pytest.approx(math.sqrt(3.125 + (3.4 - 1.25) / 0.8), rel=1e-8)
     assert ends.states[2:, 0] == pytest.approx([3.4, 3.4], rel=1e-8)
     assert ends.record.count.tolist() == [2, 2, 1, 1]
-    alone = compile_ensemble(system, 1e-10, (), engine)
-    assert ("piecewise" if engine == "compiled" else engine) in alone.batching_obstacle
-    with rejected("one-by-one", alone.batching_obstacle):
-        compile_ensemble(system, 1e-10, (), engine, Quantities((x,)))
+    with rejected("one-by-one", compiled.batching_obstacle):
+        compile_ensemble(system, 1e-10, events, engine, Quantities((x,)))
+    assert compile_ensemble(system, 1e-10, (), engine).is_batched == (engine == "compiled")
 
 
 def test_tiles_that_are_wanted() -> None:

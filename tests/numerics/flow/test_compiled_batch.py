@@ -11,18 +11,27 @@ import pytest
 import sympy as sp
 
 from wucht.numerics.flow import step_sizes
-from wucht.numerics.flow.compiled import lanes_stepper
+from wucht.numerics.flow.compiled import lanes_stepper, leg_memory
 from wucht.numerics.flow.compiled.dormand_prince import NODES, ROW_BEGINS, ROW_STAGES, ROW_WEIGHTS
+from wucht.numerics.flow.compiled.lane_memory import LanesMemory
 from wucht.numerics.flow.compiled_batch import WIDTH, CompiledBatch, LanesResult, Quantities, compile_batch
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import Program
+from wucht.piecewise import Pieces, PiecewiseCubic, interpolated_pieces
 from wucht.system import TIME, System
 
 x, v, w, d, q = sp.symbols("x v w d q", real=True)
 # A forced oscillator; with q it runs away.
 FORCED = System((x, v), (v, -(w**2) * x - 2 * d * v + sp.cos(2 * TIME) + q * x**2), (w, d, q))
+# The same between stops, under a force that follows a schedule.
+_STOPS = Pieces("stops", (-0.2, 0.3), ((-1.0, 5.0, 0, 0), (0, 0, 0, 0), (1.5, 50.0, 0, 0)))
+_FORCE = interpolated_pieces("force", [3.5, 6.0, 6.25, 20.0], [1.0, 2.0, -1.0, 0.0], "linear")
+STOPPED = System(
+    (x, v), (v, -(w**2) * x - 2 * d * v + PiecewiseCubic(TIME, _FORCE) - PiecewiseCubic(x, _STOPS) + q * x**2), (w, d, q)
+)
 TIMES = np.linspace(3.0, 13.0, 6)
+each_system = pytest.mark.parametrize("system", [FORCED, STOPPED], ids=["smooth", "piecewise"])
 TOLERANCE = 1e-12
 
 
@@ -68,35 +77,39 @@ def test_the_closed_form_with_parameters_and_starts_of_each() -> None:
     assert not result.failures
 
 
-def test_a_single_run_at_the_same_tolerance() -> None:
+@pytest.mark.parametrize(("system", "apart"), [(FORCED, 1e-11), (STOPPED, 1e-10)], ids=["smooth", "piecewise"])
+def test_a_single_run_at_the_same_tolerance(system: System, apart: float) -> None:
+    """The state at a breakpoint is interpolated, which is of lower order than the steps."""
     starts, parameters = drawn(9)
-    result = advance(starts, parameters)
-    compiled = compile_system(FORCED, TOLERANCE, engine="compiled")
+    result = advance(starts, parameters, system=system)
+    compiled = compile_system(system, TOLERANCE, engine="compiled")
     for lane in range(9):
         alone = integrate(compiled, starts[lane], parameters[lane], TIMES)
-        assert np.abs(result.values[:, :, lane].T - alone.states[:, 1:]).max() < 1e-11
+        assert np.abs(result.values[:, :, lane].T - alone.states[:, 1:]).max() < apart * np.abs(alone.states).max(initial=1.0)
 
 
-def test_each_lane_is_as_if_alone() -> None:
+@each_system
+def test_each_lane_is_as_if_alone(system: System) -> None:
     """Bits: alone, in any order, in two parts; a chunk is a function of its beginning."""
     starts, parameters = drawn(19)
-    whole = advance(starts, parameters)
+    whole = advance(starts, parameters, system=system)
     order = np.random.default_rng(2).permutation(19)
-    mixed = advance(starts[order], parameters[order])
+    mixed = advance(starts[order], parameters[order], system=system)
     assert np.array_equal(mixed.values, whole.values[:, :, order])
     assert np.array_equal(mixed.states, whole.states[:, order])
     for lane in (0, 7, 18):
-        alone = advance(starts[lane : lane + 1], parameters[lane : lane + 1])
+        alone = advance(starts[lane : lane + 1], parameters[lane : lane + 1], system=system)
         assert np.array_equal(alone.values[:, :, 0], whole.values[:, :, lane])
 
 
+@each_system
 @pytest.mark.parametrize("runaways", [[4], [0, 3, 9], [8, 9, 10], list(range(8)), [10]])
-def test_a_lane_that_runs_away_does_not_touch_the_others(runaways: list[int]) -> None:
+def test_a_lane_that_runs_away_does_not_touch_the_others(runaways: list[int], system: System) -> None:
     starts, parameters = drawn(11)
-    clean, spoilt, times = advance(starts, parameters), parameters.copy(), TIMES
-    spoilt[runaways, 2] = [5.0 + i for i in range(len(runaways))]  # at times of their own
+    clean, spoilt, times = advance(starts, parameters, system=system), parameters.copy(), TIMES
+    spoilt[runaways, 2] = [100.0 + i for i in range(len(runaways))]  # at times of their own
     starts[runaways] = [3.0, 0.0]
-    result, others = advance(starts, spoilt), np.setdiff1d(np.arange(11), runaways)
+    result, others = advance(starts, spoilt, system=system), np.setdiff1d(np.arange(11), runaways)
     assert sorted(result.failures) == runaways
     assert np.array_equal(result.values[:, :, others], clean.values[:, :, others])
     assert np.array_equal(result.states[:, others], clean.states[:, others])
@@ -253,6 +266,16 @@ def test_the_beginning_counts_among_the_largest_values() -> None:
     assert result.peaks[1] == pytest.approx(-np.exp(-rates[:, 0]), rel=1e-9)
 
 
+def test_the_largest_value_beside_a_breakpoint() -> None:
+    """x' = 1 until t = 1/2, then -3: the largest value is 1/2, where none of the pieces has one."""
+    rate = PiecewiseCubic(TIME, interpolated_pieces("rate", [0.0, 0.5], [1.0, -3.0], "steps"))
+    for times in (np.array([0.0, 1.0]), np.linspace(0.0, 1.0, 18)):
+        result = advance(np.zeros((3, 1)), np.zeros((3, 0)), times, System((x,), (rate,)), Quantities((x,), (x, 10 - x)))
+        assert result.peaks[0] == pytest.approx([0.5] * 3, abs=1e-12)
+        assert result.peaks[1] == pytest.approx([11.0] * 3, abs=1e-12)
+        assert result.states[0] == pytest.approx([-1.0] * 3, abs=1e-12)
+
+
 def test_python_runs_the_same_stepper() -> None:
     """Interpreted, on NumPy's arrays, it takes the steps of the compiled one: its numbers differ by rounding."""
     count = WIDTH + 2
@@ -261,8 +284,8 @@ def test_python_runs_the_same_stepper() -> None:
     compiled = advance(starts, parameters, system=system, quantities=quantities)
     batch = CompiledBatch(system, TOLERANCE, quantities)
     memory = interpreted(batch, starts, parameters)
-    assert lanes_stepper.advance_lanes(memory) == 0
-    assert memory.endings.tolist() == [lanes_stepper.END] * len(starts)
+    assert lanes_stepper.advance_lanes(memory, leg_memory.LegMemory(*[0] * len(leg_memory.LegMemory._fields))) == 0
+    assert memory.endings.tolist() == [leg_memory.END] * len(starts)
     assert memory.samples.reshape(compiled.values.shape) == pytest.approx(compiled.values, abs=1e-13)
     assert memory.states.reshape(compiled.states.shape) == pytest.approx(compiled.states, abs=1e-13)
     assert memory.progress[count:] == pytest.approx(
@@ -270,14 +293,14 @@ def test_python_runs_the_same_stepper() -> None:
     )  # their places are differences of nearly equal numbers
 
 
-def interpreted(batch: CompiledBatch, starts: np.ndarray, parameters: np.ndarray) -> lanes_stepper.LanesMemory:
+def interpreted(batch: CompiledBatch, starts: np.ndarray, parameters: np.ndarray) -> LanesMemory:
     """The memory of the stepper, with functions of Python."""
     count, n = starts.shape
     counts = [len(program.constants) for program in batch.programs]
     functions = dict(zip(("rates", "samplers", "peak_quantities"), map(on_lanes, batch.programs), strict=True))
     numbers = {
         "width": WIDTH, "n": n, "rate_constant_count": counts[0], "sampler_constant_count": counts[1],
-        "peak_constant_count": counts[2],
+        "peak_constant_count": counts[2], "event_count": 0, "event_constant_count": 0, "instant_constant_count": 0,
         "value_count": 2, "peak_count": 1, "peak_state_count": len(batch.peak_states),
         "member_count": count, "grid_count": len(TIMES), "rounds": 10_000,
         "most_steps": step_sizes.MAX_STEPS, "tolerance": TOLERANCE,
@@ -292,8 +315,8 @@ def interpreted(batch: CompiledBatch, starts: np.ndarray, parameters: np.ndarray
         "counts": np.array([lanes_stepper.NONE_BEGUN, 0, 0]),
         **{name: np.zeros(WIDTH, int) for name in ("members", "rows", "queue_members", "queue_rows")},
     }  # fmt: skip
-    rest = set(lanes_stepper.LanesMemory._fields) - set(functions) - set(numbers) - set(arrays)
-    return lanes_stepper.LanesMemory(**functions, **numbers, **arrays, **{name: np.zeros((64, WIDTH)) for name in rest})
+    rest = set(LanesMemory._fields) - set(functions) - set(numbers) - set(arrays)
+    return LanesMemory(**functions, **numbers, **arrays, **{name: np.zeros((64, WIDTH)) for name in rest})
 
 
 def on_lanes(program: Program) -> Callable[..., np.ndarray]:

@@ -12,10 +12,12 @@ import pytest
 import sympy as sp
 from scipy.interpolate import CubicSpline
 
+from wucht.numerics.flow.compiled_batch import compile_batch
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.segments import Segmentation
+from wucht.numerics.flow.trajectory import Trajectory
 from wucht.piecewise import Pieces, PiecewiseCubic, interpolated_pieces, step
 from wucht.system import TIME, Output, System
 
@@ -28,11 +30,31 @@ HEAVISIDE = step("H", 0.0, 0.0, 1.0)
 BETWEEN = 1e-10
 
 
+LANES = "lanes"  # of an ensemble: neither events nor quadratures
+each_alone_and_on_lanes = pytest.mark.parametrize("engine", ["compiled", LANES])
+on_all = pytest.mark.parametrize("engine", ["compiled", "radau", LANES])
+
+
 def run(system, initial, end, samples=2, parameters=(), events=(), tolerance=1e-12, begin=0.0, engine=None, **more):
+    times = np.linspace(begin, end, samples)
+    if engine == LANES:
+        return on_lanes(system, initial, times, parameters, tolerance)
     flow = compile_system(system, tolerance, events, engine)
-    trajectory = integrate(flow, initial, parameters, np.linspace(begin, end, samples), **more)
+    trajectory = integrate(flow, initial, parameters, times, **more)
     assert trajectory.failure is None
     return trajectory
+
+
+def on_lanes(system, initial, times, parameters, tolerance):
+    """The motion on lanes, the last of twenty: two vectors."""
+    batch = compile_batch(system, tolerance)
+    columns = (np.repeat(np.reshape(column, (-1, 1)), 20, axis=1) for column in (initial, batch.constant_values(parameters)))
+    integrator = batch.acquire()
+    result = integrator.advance(*columns, times)
+    batch.release(integrator)
+    assert not result.failures
+    states = np.column_stack([initial, result.values[:, :, -1].T])
+    return Trajectory(times, states, {}, np.array(parameters), float(times[-1]), result.states[:, -1])
 
 
 def bilinear(time):
@@ -43,6 +65,7 @@ def bilinear(time):
     return np.where(right, np.sin(2 * s) / 2, -np.sin(late)), np.where(right, np.cos(2 * s), -np.cos(late))
 
 
+@on_all
 @pytest.mark.parametrize("samples", [2, 97, 3001])
 def test_a_polygon_over_time(engine, samples):
     """The integral of triangles, each of area 1/2: exact in binary at whole times."""
@@ -55,7 +78,9 @@ def test_a_polygon_over_time(engine, samples):
 
 
 @pytest.mark.parametrize(
-    ("engine", "tolerance"), [("compiled", 1e-6), ("compiled", 1e-9), ("compiled", 1e-12), ("radau", 1e-6), ("radau", 1e-9)]
+    ("engine", "tolerance"),
+    [(engine, tolerance) for engine in ("compiled", LANES) for tolerance in (1e-6, 1e-9, 1e-12)]
+    + [("radau", 1e-6), ("radau", 1e-9)],
 )
 def test_a_kink_in_the_state_costs_no_accuracy(engine, tolerance):
     """Ten periods of a bilinear spring, forty breakpoints: the error stays near the tolerance, as for a smooth oscillator."""
@@ -65,11 +90,12 @@ def test_a_kink_in_the_state_costs_no_accuracy(engine, tolerance):
     assert error < 300 * tolerance if tolerance > 1e-12 else error < 2e-11
 
 
-def test_a_jump_in_the_state_costs_no_accuracy():
+@each_alone_and_on_lanes
+def test_a_jump_in_the_state_costs_no_accuracy(engine):
     """x'' = -sign(x): parabolas of period 4 sqrt(2 h); fifty breakpoints, each of whose roundings is carried on."""
     system = System((x, v), (v, -PiecewiseCubic(x, SIGN)))
     period = 4 * math.sqrt(2)
-    trajectory = run(system, [1.0, 0.0], 25.25 * period, 102)
+    trajectory = run(system, [1.0, 0.0], 25.25 * period, 102, engine=engine)
     s = trajectory.time % period
     quarter = period / 4
     exact = np.where(
@@ -78,15 +104,17 @@ def test_a_jump_in_the_state_costs_no_accuracy():
     assert np.abs(trajectory.states[0] - exact).max() < 1e-10
 
 
-def test_a_step_at_a_time():
+@each_alone_and_on_lanes
+def test_a_step_at_a_time(engine):
     """An oscillator on which a force of 3 acts from t = 1 on, sampled at the very time of the step."""
     force = PiecewiseCubic(TIME, step("F", 1.0, 0.0, 3.0))
     system = System((x, v), (v, -x + force))
-    trajectory = run(system, [1.0, 0.0], 5.0, 501)
+    trajectory = run(system, [1.0, 0.0], 5.0, 501, engine=engine)
     exact = np.cos(trajectory.time) + np.where(trajectory.time < 1, 0, 3 * (1 - np.cos(trajectory.time - 1)))
     assert np.abs(trajectory.states[0] - exact).max() < BETWEEN
 
 
+@on_all
 @pytest.mark.parametrize("offset", [0.0, 1e-16, 1e-14, 1e-12, 1e-10, 3e-10, 1e-9, 1e-7])
 def test_two_arguments_reach_their_breakpoints_together(engine, offset):
     """Two clocks, one a little ahead: both segments must change at every breakpoint, in any order of their events."""
@@ -98,24 +126,27 @@ def test_two_arguments_reach_their_breakpoints_together(engine, offset):
     assert trajectory.states[3] == pytest.approx(trajectory.states[2], abs=1e-12 + 11 * offset)
 
 
+@each_alone_and_on_lanes
 @pytest.mark.parametrize("offset", [0.0, 1e-14, 1e-10, 3e-10])
-def test_two_arguments_reach_jumps_together_in_opposite_directions(offset):
+def test_two_arguments_reach_jumps_together_in_opposite_directions(engine, offset):
     """x'' = -sign(x) twice, one mirrored and a little late: all hundred jumps of both are taken."""
     system = System((x, v, y, w), (v, -PiecewiseCubic(x, SIGN), w, -PiecewiseCubic(y, SIGN)))
     period = 4 * math.sqrt(2)
-    trajectory = run(system, [1.0, 0.0, -1.0 - offset, 0.0], 12.5 * period, 2)
+    trajectory = run(system, [1.0, 0.0, -1.0 - offset, 0.0], 12.5 * period, 2, engine=engine)
     assert trajectory.states[:2, -1] == pytest.approx([-1.0, 0.0], abs=1e-10)
     assert trajectory.states[2:, -1] == pytest.approx([1.0, 0.0], abs=1e-10 + 100 * offset)
 
 
-def test_mirrored_motions_stay_mirrored():
+@each_alone_and_on_lanes
+def test_mirrored_motions_stay_mirrored(engine):
     """Symmetrical bodies meet their breakpoints at the same instant, for ever: x and y = -x of two equal systems."""
     system = System((x, v, y, w), (v, -PiecewiseCubic(x, BILINEAR), w, PiecewiseCubic(-y, BILINEAR)))
-    trajectory = run(system, [0.0, 1.0, 0.0, -1.0], 15 * math.pi, 200)
+    trajectory = run(system, [0.0, 1.0, 0.0, -1.0], 15 * math.pi, 200, engine=engine)
     assert np.abs(trajectory.states[:2] + trajectory.states[2:]).max() < 1e-13
     assert np.abs(trajectory.states[:2] - bilinear(trajectory.time)).max() < 2e-11
 
 
+@on_all
 @pytest.mark.parametrize("speed", [1.0, -1.0])
 def test_an_argument_that_starts_on_its_breakpoint(engine, speed):
     """The piece on the side to which it moves holds."""
@@ -125,15 +156,17 @@ def test_an_argument_that_starts_on_its_breakpoint(engine, speed):
     assert np.abs(trajectory.states - bilinear(trajectory.time + shift)).max() < BETWEEN
 
 
+@each_alone_and_on_lanes
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_an_argument_that_starts_on_its_breakpoint_at_rest_and_is_pushed_off(side):
+def test_an_argument_that_starts_on_its_breakpoint_at_rest_and_is_pushed_off(engine, side):
     """With a force of constant direction: x'' = side - spring."""
     system = System((x, v), (v, c - PiecewiseCubic(x, BILINEAR)), (c,))
-    trajectory = run(system, [0.0, 0.0], 6.0, 60, parameters=[side])
+    trajectory = run(system, [0.0, 0.0], 6.0, 60, parameters=[side], engine=engine)
     k = 4.0 if side > 0 else 1.0
     assert trajectory.states[0] == pytest.approx(side / k * (1 - np.cos(math.sqrt(k) * trajectory.time)), abs=BETWEEN)
 
 
+@on_all
 def test_an_argument_at_rest_on_its_breakpoint_stays(engine):
     system = System((x, v), (v, -PiecewiseCubic(x, BILINEAR)))
     assert np.abs(run(system, [0.0, 0.0], 10.0, 3, engine=engine).states).max() == 0.0
@@ -142,13 +175,14 @@ def test_an_argument_at_rest_on_its_breakpoint_stays(engine):
 GRAZING = [0.0, *(s * 10.0**-k for k in (16, 15, 14, 13, 12, 11, 10, 8, 6, 4) for s in (1, -1))]
 
 
+@each_alone_and_on_lanes
 @pytest.mark.parametrize("height", GRAZING)
-def test_an_argument_that_grazes_its_breakpoint_goes_back(height):
+def test_an_argument_that_grazes_its_breakpoint_goes_back(engine, height):
     """x = 1 + height - (t - 3)^2 reaches the breakpoint 1 for an instant, or almost; what follows must not be missed:
     y' = slope 1 below the breakpoint, 100 above it."""
     kink = Pieces("k", (1.0,), ((0, 1, 0, 0), (0, 100, 0, 0)))
     system = System((x, v, y), (v, sp.Float(-2.0), PiecewiseCubic(x, kink)))
-    trajectory = run(system, [1 + height - 9.0, 6.0, 0.0], 6.0, 7)
+    trajectory = run(system, [1 + height - 9.0, 6.0, 0.0], 6.0, 7, engine=engine)
     t = trajectory.time - 3.0
     exact = height * (t + 3) - (t**3 + 27) / 3
     if height > 0:
@@ -157,43 +191,47 @@ def test_an_argument_that_grazes_its_breakpoint_goes_back(height):
     assert trajectory.states[2] == pytest.approx(exact, abs=2e-11)
 
 
-def test_breakpoints_close_together():
+@each_alone_and_on_lanes
+def test_breakpoints_close_together(engine):
     """A thousand breakpoints 1e-5 apart, passed within 0.01: a staircase up and down."""
     heights = np.tile([0.0, 1.0], 500)
     system = System((x,), (PiecewiseCubic(TIME, interpolated_pieces("s", 1 + 1e-5 * np.arange(1000), heights, "steps")),))
-    trajectory = run(system, [0.0], 2.0, 3)
+    trajectory = run(system, [0.0], 2.0, 3, engine=engine)
     exact = 500e-5 + 1 - 999e-5 - 1e-5  # half of the stairs, then the last step holds
     assert trajectory.states[0, -1] == pytest.approx(exact, abs=1e-12)
 
 
-def test_a_measured_record_of_hundreds_of_points():
+@each_alone_and_on_lanes
+def test_a_measured_record_of_hundreds_of_points(engine):
     """The integral of a cubic spline is known: a record of 300 points, uneven in time."""
     rng = np.random.default_rng(5)
     times = np.cumsum(rng.uniform(0.002, 0.05, 300))
     values = rng.normal(size=300)
     exact = CubicSpline(times, values, bc_type="clamped").antiderivative()
     system = System((x,), (PiecewiseCubic(TIME, interpolated_pieces("r", times, values, "spline")),))
-    trajectory = run(system, [0.0], times[-1], 40, begin=times[0])
+    trajectory = run(system, [0.0], times[-1], 40, begin=times[0], engine=engine)
     assert trajectory.states[0] == pytest.approx(exact(trajectory.time), abs=1e-12)
 
 
-def test_a_piecewise_function_of_a_piecewise_function():
+@each_alone_and_on_lanes
+def test_a_piecewise_function_of_a_piecewise_function(engine):
     """A stop that follows a schedule: f(x - g(t)), the breakpoint moves."""
     stop = interpolated_pieces("stop", [0.0, 2.0, 4.0], [1.0, 3.0, 1.0], "linear")
     gap = Pieces("contact", (0.0,), ((0, 0, 0, 0), (0, 1, 0, 0)))
     system = System((x, y), (sp.S.One, PiecewiseCubic(x - PiecewiseCubic(TIME, stop), gap)))
-    trajectory = run(system, [-1.0, 0.0], 6.0, 61)
+    trajectory = run(system, [-1.0, 0.0], 6.0, 61, engine=engine)
     t = trajectory.time  # the gap -2 until t = 2, then 2 t - 6 until t = 4, then t - 2
     middle, late = np.clip(t, 3, 4), np.maximum(t, 4)
     exact = (middle - 3) ** 2 + ((late - 2) ** 2 - 4) / 2
     assert trajectory.states[1] == pytest.approx(exact, abs=1e-12)
 
 
-def test_breakpoints_of_a_parameter():
+@each_alone_and_on_lanes
+def test_breakpoints_of_a_parameter(engine):
     """The argument may hold parameters: one compiled flow, the breakpoint elsewhere."""
     system = System((x,), (PiecewiseCubic(TIME - c, HEAVISIDE),), (c,))
     for at in (-1.0, 0.0, 0.5, 1.0, 7.0):
-        trajectory = run(system, [0.0], 2.0, 9, parameters=[at])
+        trajectory = run(system, [0.0], 2.0, 9, parameters=[at], engine=engine)
         assert trajectory.states[0] == pytest.approx(np.clip(trajectory.time - at, 0, trajectory.time), abs=1e-13)
 
 
@@ -334,36 +372,39 @@ def test_an_action_at_the_end_of_a_run_that_is_continued(at):
     assert second.states[0, -1] == pytest.approx(2.0 - at, abs=1e-11)
 
 
+@each_alone_and_on_lanes
 @pytest.mark.parametrize("apart", [1e-6, 1e-8, 5e-9])
-def test_breakpoints_hardly_apart(apart):
+def test_breakpoints_hardly_apart(engine, apart):
     """A hundred steps up and down that are passed within less than a microsecond."""
     heights = np.tile([0.0, 1.0], 50)
     system = System((x,), (PiecewiseCubic(TIME, interpolated_pieces("s", 1 + apart * np.arange(100), heights, "steps")),))
-    trajectory = run(system, [0.0], 2.0, 3)
+    trajectory = run(system, [0.0], 2.0, 3, engine=engine)
     assert trajectory.states[0, -1] == pytest.approx(49 * apart + 1 - 99 * apart, abs=1e-11)
 
 
+@each_alone_and_on_lanes
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-12])
 @pytest.mark.parametrize("reach", [0.1, 1e-2, 1e-3, 1e-4, 1e-5])
-def test_an_argument_that_turns_back_once_at_its_breakpoint_goes_beyond(reach, tolerance):
+def test_an_argument_that_turns_back_once_at_its_breakpoint_goes_beyond(engine, reach, tolerance):
     """x = 1 + s^3 - reach^2 s, s = t - 2.7: up through the breakpoint 1, down and up again, ever slower the nearer these are;
     y' = slope 1 below the breakpoint, 100 above it."""
     kink, s = Pieces("k", (1.0,), ((0, 1, 0, 0), (0, 100, 0, 0))), TIME - sp.Rational(27, 10)
     system = System((x, y), (3 * s**2 - a**2, PiecewiseCubic(x, kink)), (a,))
     initial = [1 - 2.7**3 + 2.7 * reach**2, 0.0]
-    trajectory = run(system, initial, 5.7, 3, parameters=[reach], tolerance=tolerance)
+    trajectory = run(system, initial, 5.7, 3, parameters=[reach], tolerance=tolerance, engine=engine)
     area = np.array([u**4 / 4 - reach**2 * u**2 / 2 for u in (-2.7, -reach, 0.0, reach, 3.0)])
     exact = np.diff(area) @ [1, 100, 1, 100]
     missed = 99 * reach**4 / 4  # three changes of sign within a part of a step count as one
     assert trajectory.states[1, -1] == pytest.approx(exact, abs=5e-11 + 1.1 * missed)
 
 
-def test_rates_may_be_infinite_on_the_segments_where_a_run_does_not_begin():
+@each_alone_and_on_lanes
+def test_rates_may_be_infinite_on_the_segments_where_a_run_does_not_begin(engine):
     """x' = 1/max(|x|, 1) from -1/2: on its first segment, continued, max(|x|, 1) is 1 - (x + 1), and zero at x = 0."""
     largest = Pieces("max", (-1.0, 1.0), ((1, -1, 0, 0), (1, 0, 0, 0), (1, 1, 0, 0)))
     system = System((x,), (1 / PiecewiseCubic(x, largest),))
     for start in (0.0, -0.5):
-        trajectory = run(system, [start], 1.0 - start + 1.5)
+        trajectory = run(system, [start], 1.0 - start + 1.5, engine=engine)
         assert trajectory.states[0, -1] == pytest.approx(2.0, rel=1e-11)  # to 1 within 1 - start, then x^2 = 1 + 2 t
 
 
@@ -451,6 +492,7 @@ def test_two_hundred_contacts_within_a_leg() -> None:
     assert run.lowest_arguments is not None
 
 
+@on_all
 @pytest.mark.parametrize("count", [1, 2, 3, 5])
 def test_a_chain_of_steps_that_depend_on_one_another_jumps_at_once(engine, count):
     """1 from t = 1 on, a step of this at 1/2, a step of that one: the last is 1 from t = 1 on too, its integral 2 at t = 3."""
@@ -460,11 +502,12 @@ def test_a_chain_of_steps_that_depend_on_one_another_jumps_at_once(engine, count
     assert run(System((x,), (rate,)), [0.0], 3.0, engine=engine).states[0, -1] == pytest.approx(2.0, abs=1e-11)
 
 
-def test_a_fast_schedule_before_a_long_rest_stands_not_still():
+@each_alone_and_on_lanes
+def test_a_fast_schedule_before_a_long_rest_stands_not_still(engine):
     """1000 points in 0.1 s, then a value of 1 for 1e6 s, without a sample between."""
     values = np.tile([0.0, 1.0], 500)
     rate = PiecewiseCubic(TIME, interpolated_pieces("burst", np.arange(1000) * 1e-4, values, "linear"))
-    trajectory = run(System((x,), (rate,)), [0.0], 1e6)
+    trajectory = run(System((x,), (rate,)), [0.0], 1e6, engine=engine)
     assert trajectory.states[0, -1] == pytest.approx(0.5 * 0.0999 + (1e6 - 0.0999), abs=1e-5)
 
 

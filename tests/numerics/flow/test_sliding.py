@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from wucht.numerics.flow.compiled_batch import compile_batch
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.piecewise import PiecewiseCubic, step
@@ -48,3 +49,21 @@ def test_friction_that_is_hardly_larger_than_its_force_slides(share: float) -> N
     run = integrate(compile_system(system, 1e-9), [share, 0.0], {}, np.linspace(0.0, 40.0, 161))
     assert run.is_sliding
     assert run.end_time == 0.0
+
+
+def test_a_lane_that_slides_ends_alone() -> None:
+    """Friction of 0.3 beside a spring from 1 to 20, and none: after two half swings only the weak springs hold less."""
+    stiffness, friction = sp.symbols("k f", real=True)
+    system = System((x, v), (v, -stiffness * x - friction * PiecewiseCubic(v, SIGN)), (stiffness, friction))
+    parameters = np.array([[k, f] for k in (1.0, 4.0, 20.0) for f in (0.3, 0.0)] * 4)
+    batch = compile_batch(system, 1e-9)
+    constants = np.array([batch.constant_values(p) for p in parameters]).T
+    starts, times = np.tile([[1.0], [0.0]], len(parameters)), np.linspace(0.0, 40.0, 401)
+    result = batch.acquire().advance(starts, constants, times)
+    assert sorted(result.failures) == [i for i, (_, f) in enumerate(parameters) if f]
+    for lane, failure in result.failures.items():
+        alone = integrate(compile_system(system, 1e-9), [1.0, 0.0], parameters[lane], times)
+        assert str(failure.error) == str(alone.failure).split(": ", 1)[1].split(" (largest")[0]
+        assert failure.time == pytest.approx(alone.end_time, abs=0.1 + 1e-6)
+    for lane in np.flatnonzero(parameters[:, 1] == 0):
+        assert result.states[0, lane] == pytest.approx(np.cos(np.sqrt(parameters[lane, 0]) * 40.0), abs=1e-6)

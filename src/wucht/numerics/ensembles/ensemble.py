@@ -16,16 +16,13 @@ from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache
 from typing import TypeVar
 
-import sympy as sp
-
 from wucht.errors import WuchtError
 from wucht.numerics.ensembles.members import EnsembleResult, Members, Observer, Pacing, Source
 from wucht.numerics.ensembles.tile import BatchLanes, Lanes, SequentialLanes, Tick, Tile, run_tile
 from wucht.numerics.flow.compiled_batch import CompiledBatch, Quantities, compile_batch
 from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE, RADAU, CompiledSystem, compile_system, known_engine
 from wucht.numerics.flow.events import Event
-from wucht.piecewise import PiecewiseCubic
-from wucht.system import System, needed_definitions
+from wucht.system import System
 
 R = TypeVar("R")
 # States of all members of a tile: enough for NumPy to observe them together at little cost, few enough to store some hundred
@@ -82,8 +79,8 @@ def compile_ensemble(
 ) -> CompiledEnsemble:
     """Compile a System for ensembles: in batches where that can be, else one by one with the same interface.
 
-    Batches are those of the engine ``compiled``; they are impossible with events, and with piecewise functions, whose
-    breakpoints are events. Other parameters and errors are those of ``compile_system``.
+    Batches are those of the engine ``compiled``; they are impossible with events. Other parameters and errors are those of
+    ``compile_system``.
 
     Parameters
     ----------
@@ -96,14 +93,11 @@ def compile_ensemble(
         For quantities of members that are integrated one by one: these are observed by their states.
     """
     bare = replace(system, outputs=(), quadratures=())
-    expressions = [*bare.derivatives, *(e for _, e in needed_definitions(bare.definitions, bare.derivatives))]
     obstacle = ""
     if known_engine(engine) == RADAU:
         obstacle = f"the engine {RADAU} has no batches"
     elif events:
         obstacle = f"there are events ({', '.join(e.name for e in events)})"
-    elif any(sp.sympify(e).has(PiecewiseCubic) for e in expressions):
-        obstacle = "the equations have piecewise functions"
     if obstacle and quantities is not None:
         raise WuchtError(f"quantities of members can be observed in batches alone: {obstacle}", code="one-by-one")
     if obstacle:

@@ -1,8 +1,8 @@
 """Many motions of the same equations at once, and what is observed of them: machine code on the lanes of vectors.
 
-Each lane has a separate state, constants and step size: the numbers of a motion depend only on its start, to the last bit. The
-stepper is the same for all systems and compiled once (``compiled.lanes_stepper``); of a system its rates and the observed
-quantities are compiled.
+Each lane has a separate state, constants, segments and step size: the numbers of a motion depend only on its start, to the last
+bit. The stepper is the same for all systems and compiled once (``compiled.lanes_stepper``); of a system its rates, the observed
+quantities and, of piecewise functions, the ends of segments are compiled.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 import sympy as sp
 
 from wucht.numerics.flow import step_sizes
-from wucht.numerics.flow.compiled import lanes_stepper
+from wucht.numerics.flow.compiled import lanes_stepper, leg_memory
 from wucht.numerics.flow.compiled.dormand_prince import (
     ALL_STAGES,
     DENSE_ROWS,
@@ -26,21 +26,36 @@ from wucht.numerics.flow.compiled.dormand_prince import (
     ROW_WEIGHTS,
     SMALLEST_TOLERANCE,
 )
-from wucht.numerics.flow.compiled.lane_memory import vectors
-from wucht.numerics.flow.compiled.lanes_stepper import LanesMemory
-from wucht.numerics.flow.compiled.machine_code import MachineCode, compile_stepper
+from wucht.numerics.flow.compiled.lane_memory import LanesMemory
+from wucht.numerics.flow.compiled.leg_memory import LegMemory
+from wucht.numerics.flow.compiled.machine_code import MachineCode, compile_stepper, vectors
 from wucht.numerics.flow.compiled.straight_line_code import module_text
-from wucht.numerics.flow.events import NOT_FINITE, LegError
+from wucht.numerics.flow.events import NOT_FINITE, LegError, SlidingError
+from wucht.numerics.flow.explicit_integrator import ExplicitIntegrator
 from wucht.numerics.flow.program import Numbers, Program, lower
+from wucht.numerics.flow.segment_locator import SegmentLocator
+from wucht.numerics.flow.segments import Segmentations
 from wucht.numerics.flow.step_sizes import step_limit_error
-from wucht.system import System
+from wucht.numerics.flow.system_code import SystemCode
+from wucht.system import System, needed_definitions
 
 WIDTH = 16  # numbers of a vector: two registers of the widest processors, so that one is in use while the other waits
 _ROUNDS = 4000  # steps of all lanes between two checks whether the work is to be stopped
 _MOST_IDLE = 16  # idle integrators kept: more than threads that integrate the same equations at once
-# Of the system, of quantities that are sampled, and of those whose largest values are located.
-_CODES = ("rates", "samplers", "peak_quantities")
-_CONSTANTS = ("rate_constants", "sampler_constants", "peak_constants")
+# Of the system, of quantities that are sampled, of those whose largest values are located, and of the ends of segments.
+_CODES = ("rates", "samplers", "peak_quantities", "event_functions")
+_CONSTANTS = ("rate_constants", "sampler_constants", "peak_constants", "event_constants", "instant_constants")
+# Vectors of ``LanesMemory``: so many for each state, quantity with a largest value and event, and one of each.
+_OF_STATES = ("state", "queue_states", "last_sample", "next_state", "point", "error_5", "error_3")
+_OF_PEAKS = ("peak_value", "best", "highest", "lowest")
+_OF_EVENTS = (
+    "event_values", "first_event_values", "highest_event_values", "lowest_event_values", "cool_ends", "cool_signs",
+)  # fmt: skip
+_OF_A_LANE = (
+    "clock", "size", "is_busy", "is_new", "is_shortened", "mark", "steps", "next_sample_time", "moment", "last_sample_time",
+    "queue_time", "share", "trial_size", "next_time", "is_too_long", "longest", "shortenings", "last_change",
+)  # fmt: skip
+_INTEGERS_OF_A_LANE = ("members", "rows", "queue_members", "queue_rows", "stops", "standstills")
 
 
 @dataclass(frozen=True)
@@ -103,9 +118,18 @@ class CompiledBatch:
     width = WIDTH
 
     def __init__(self, system: System, tolerance: float, quantities: Quantities) -> None:
-        expressions = (system.derivatives, quantities.values, quantities.peaks)
-        self.programs = tuple(lower(system, group) for group in expressions)
-        self.code = MachineCode.of(module_text(list(zip(_CODES, self.programs, strict=True)), WIDTH), _CODES)
+        groups = (system.derivatives, quantities.values, quantities.peaks)
+        expressions = [sp.sympify(e) for group in groups for e in group]
+        segmentations = Segmentations.of([*expressions, *(e for _, e in needed_definitions(system.definitions, expressions))])
+        smooth = segmentations.smooth_system(system) if segmentations else system
+        programs = [lower(smooth, list(map(segmentations.smooth, map(sp.sympify, g))), segmentations.symbols) for g in groups]
+        self.segment_count, self.segment_width = len(segmentations.segmentations), len(segmentations.symbols)
+        self.locator: SegmentLocator | None = None
+        if segmentations:
+            self.locator = SegmentLocator.of(SystemCode.of(smooth, segmentations, (), ()), smooth)
+            programs += [self.locator.code.event_values.program, self.locator.code.instant.program]
+        self.programs, names = tuple(programs), _CODES[: len(programs)]
+        self.code = MachineCode.of(module_text(list(zip(names, programs, strict=False)), WIDTH), names)
         self.advance = compile_stepper(lanes_stepper.advance_lanes, WIDTH)
         self.is_angle = np.array([float(s in system.angles) for s in system.states])
         self.tolerance = max(tolerance, SMALLEST_TOLERANCE)
@@ -120,7 +144,8 @@ class CompiledBatch:
 
     def constant_values(self, parameter_values: Numbers) -> np.ndarray:
         """Compute the constants (k,) of a motion. Raises ``RunError`` where they are not finite."""
-        return np.concatenate([program.constant_values(parameter_values) for program in self.programs])
+        values = np.append(parameter_values, np.zeros(self.segment_width))  # of segments that are located as a motion begins
+        return np.concatenate([program.constant_values(values) for program in self.programs])
 
     def begin(self, count: int) -> np.ndarray:
         """Return the progress (1 + p, L) of motions that begin: sizes of their next steps, 0 where not known, and peaks."""
@@ -144,40 +169,26 @@ class BatchIntegrator:
     def __init__(self, batch: CompiledBatch) -> None:
         self._batch = batch
         n, p = len(batch.is_angle), batch.peak_count
+        counts = [len(program.constants) for program in batch.programs] + [0] * (len(_CONSTANTS) - len(batch.programs))
         rows = {
-            "k": ALL_STAGES * n, "dense": (DENSE_ROWS + 3) * n, "values": batch.value_count, "peak_value": p, "best": p,
-            "highest": p, "lowest": p, "places": (lanes_stepper.PLACES + 1) * p,
+            "k": ALL_STAGES * n, "dense": (DENSE_ROWS + 3) * n, "values": batch.value_count, "queue_constants": counts[1],
+            "places": (lanes_stepper.PLACES + 1) * p,
         }  # fmt: skip
-        counts = [len(program.constants) for program in batch.programs]
-        rows |= dict(zip(_CONSTANTS, counts, strict=True))
-        rows |= {"queue_constants": counts[1]} | dict.fromkeys(
-            ("state", "queue_states", "last_sample", "next_state", "point", "error_5", "error_3"), n
-        )
-        rows |= dict.fromkeys(
-            (
-                "clock",
-                "size",
-                "is_busy",
-                "is_new",
-                "is_shortened",
-                "mark",
-                "steps",
-                "next_sample_time",
-                "moment",
-                "last_sample_time",
-                "queue_time",
-            ),
-            1,
-        )
+        rows |= dict(zip(_CONSTANTS, counts, strict=True)) | dict.fromkeys(_OF_STATES, n) | dict.fromkeys(_OF_PEAKS, p)
+        rows |= dict.fromkeys(_OF_EVENTS, 2 * batch.segment_count) | dict.fromkeys(_OF_A_LANE, 1)
         self._counts = np.zeros(3, np.int64)
         self._memory = {name: vectors(count, WIDTH) for name, count in rows.items()} | {
             "peak_states": batch.peak_states, "is_angle": batch.is_angle, "nodes": NODES,
             "row_weights": ROW_WEIGHTS, "row_places": ROW_STAGES * n, "row_begins": ROW_BEGINS,
             "counts": self._counts,
-            **{name: np.zeros(WIDTH, np.int64) for name in ("members", "rows", "queue_members", "queue_rows")},
+            "segments": np.zeros(batch.segment_count * WIDTH, np.int64),
+            **{name: np.zeros(WIDTH, np.int64) for name in _INTEGERS_OF_A_LANE},
         }  # fmt: skip
         self._fields: dict[str, float] = {name: array.ctypes.data for name, array in self._memory.items()}
-        self._fields |= batch.code.addresses
+        self._fields |= {"event_functions": 0} | batch.code.addresses
+        self._fields |= {"event_count": 2 * batch.segment_count, "segment_width": batch.segment_width}
+        self._leg = None if batch.locator is None else ExplicitIntegrator(batch.locator.code, batch.locator, batch.tolerance)
+        self._leg_arguments: list[float] = [0] * len(LegMemory._fields) if self._leg is None else self._leg.arguments({})
         self._fields |= {f"{name.removesuffix('s')}_count": count for name, count in zip(_CONSTANTS, counts, strict=True)}
         self._fields |= {"width": WIDTH, "n": n, "value_count": batch.value_count, "peak_count": p, "rounds": _ROUNDS}
         self._fields["peak_state_count"] = len(batch.peak_states)
@@ -222,15 +233,24 @@ class BatchIntegrator:
         while True:
             if check is not None:
                 check()
-            if not batch.advance(*arguments):
+            if not batch.advance(*arguments, *self._leg_arguments):
                 break
         failures = dict[int, LaneFailure]()
-        for lane in np.flatnonzero(endings != lanes_stepper.END).tolist():
-            time, no_states = float(times_reached[lane]), np.empty((len(ends), 0))
-            is_broken = endings[lane] == lanes_stepper.NOT_FINITE
-            error = LegError(*NOT_FINITE, no_states) if is_broken else step_limit_error(no_states, float(grid[0]), time)
+        for lane in np.flatnonzero(endings != leg_memory.END).tolist():
+            time = float(times_reached[lane])
+            error = _error_of(int(endings[lane]), len(ends), float(grid[0]), time)
             failures[lane] = LaneFailure(time, float(sample_times[lane]), ends[:, lane].copy(), error)
         return LanesResult(values, ends, progress, failures)
+
+
+def _error_of(ending: int, n: int, begin: float, time: float) -> LegError:
+    """Return the error of a motion of n states that has ended before its time."""
+    no_states = np.empty((n, 0))
+    if ending == leg_memory.NOT_FINITE:
+        return LegError(*NOT_FINITE, no_states)
+    if ending == leg_memory.STANDING_STILL:
+        return SlidingError(no_states)
+    return step_limit_error(no_states, begin, time)
 
 
 def _states_of(program: Program) -> np.ndarray:

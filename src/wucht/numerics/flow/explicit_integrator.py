@@ -7,6 +7,7 @@ E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I"
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import IntEnum
 
 import numpy as np
@@ -54,7 +55,8 @@ class ExplicitIntegrator:
         self._code, self._locator = code, locator
         self._cool_downs = CoolDowns(code.rates, code.event_values, code.events)
         self._advance_leg = compile_stepper(leg_stepper.advance)
-        self._parameters, self._constants = np.empty(0), dict.fromkeys(_CONSTANTS, np.empty(0))
+        self._parameters, codes = np.empty(0), (code.rates, code.event_values, code.instant)
+        self._constants = {name: np.zeros(len(c.program.constants)) for name, c in zip(_CONSTANTS, codes, strict=True)}
         rows = {"k": ALL_STAGES, "dense": leg_memory.ROWS, "point": 1, "next_state": 1, "errors": 1, "zero": 1, "state": 1}
         self._memory: dict[str, np.ndarray] = {name: np.zeros(count * width) for name, count in rows.items()}
         self._memory |= {name: np.empty(m) for name in ("cool_ends", "cool_signs", "lowest")}
@@ -154,8 +156,15 @@ class ExplicitIntegrator:
         self._memory["lowest_arguments"][:] = np.inf
         for i, (end, sign) in self._cool_downs.by_event.items():
             self._memory["cool_ends"][i], self._memory["cool_signs"][i] = end, sign
-        fields = self._fields | {name: array.ctypes.data for name, array in (arrays | self._constants).items()}
-        fields |= {"grid_count": len(arrays["grid"]), "room": len(arrays["hit_events"]), "most_steps": step_sizes.MAX_STEPS}
+        return Ending(self._advance_leg(*self.arguments(arrays)))
+
+    def arguments(self, arrays: Mapping[str, np.ndarray]) -> list[float]:
+        """Return the fields of its ``LegMemory``. arrays: of a leg, by name; none where machine code of lanes borrows it."""
+        fields = self._fields | {name: array.ctypes.data for name, array in (*arrays.items(), *self._constants.items())}
+        fields |= {"most_steps": step_sizes.MAX_STEPS}
+        fields |= {
+            count: len(arrays[name]) for count, name in (("grid_count", "grid"), ("room", "hit_events")) if name in arrays
+        }
         tails = (len(values) - self._segment_width for values in self._constants.values())
         fields |= dict(zip(("rates_tail", "event_tail", "instant_tail"), tails, strict=True))
-        return Ending(self._advance_leg(*(fields[name] for name in LegMemory._fields)))
+        return [fields[name] for name in LegMemory._fields]

@@ -95,7 +95,7 @@ class LanesMemory(NamedTuple):
     places: LaneArray  # (5 peak_count,): at all of them
     best: LaneArray  # (peak_count,): the largest so far
     share: LaneArray  # of the step up to an event, 1 without one: from here to ``last_change`` one vector
-    attempted: LaneArray  # step size
+    trial_size: LaneArray  # step size
     next_time: LaneArray  # at the end of the step, or at the event
     is_too_long: LaneArray  # 0 or 1: the step, for an event function
     longest: LaneArray  # step that event functions allow

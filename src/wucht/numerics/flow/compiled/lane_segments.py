@@ -83,7 +83,7 @@ def begin_lane(m: LanesMemory, leg: LegMemory, lane: int) -> None:
 
 def follow_lane(m: LanesMemory, leg: LegMemory, lane: int) -> None:
     """Locate the event at which the step of a lane ends, if there is one; or mark the step as too long."""
-    time, step = m.clock[0][lane], m.attempted[0][lane]
+    time, step = m.clock[0][lane], m.trial_size[0][lane]
     _copy_to_leg(m, leg, lane)
     for i in range(m.n):
         leg.next_state[i] = m.next_state[i][lane]

@@ -17,8 +17,8 @@ from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROW, D
 from wucht.numerics.flow.compiled.event_location import LONGER, SHORTER
 from wucht.numerics.flow.compiled.lane_memory import (
     LaneArray,
-    LanesMemory,
     Lanes,
+    LanesMemory,
     Marks,
     any_lane,
     ceiling,
@@ -268,6 +268,39 @@ def _locate(m: LanesMemory, j: int, place: int, time: Lanes, step: Lanes, succes
         m.best[j] = select(may_peak & (m.peak_value[j] > m.best[j]), m.peak_value[j], m.best[j])
 
 
+def _load_constants(m: LanesMemory, lane: int, member: int) -> None:
+    """Give a lane the constants of its member."""
+    first = member
+    for i in range(m.rate_constant_count):
+        m.rate_constants[i][lane] = m.constants[first + i * m.member_count]
+    first += m.rate_constant_count * m.member_count
+    for i in range(m.sampler_constant_count):
+        m.sampler_constants[i][lane] = m.constants[first + i * m.member_count]
+    first += m.sampler_constant_count * m.member_count
+    for i in range(m.peak_constant_count):
+        m.peak_constants[i][lane] = m.constants[first + i * m.member_count]
+    first += m.peak_constant_count * m.member_count
+    for i in range(m.event_constant_count):
+        m.event_constants[i][lane] = m.constants[first + i * m.member_count]
+    first += m.event_constant_count * m.member_count
+    for i in range(m.instant_constant_count):
+        m.instant_constants[i][lane] = m.constants[first + i * m.member_count]
+
+
+def _load_member(m: LanesMemory, lane: int, member: int) -> None:
+    """Begin the motion of a member on a lane."""
+    m.members[lane], m.rows[lane] = member, 0
+    for i in range(m.n):
+        m.state[i][lane] = m.last_sample[i][lane] = m.states[i * m.member_count + member]
+    _load_constants(m, lane, member)
+    m.size[0][lane] = m.progress[member]
+    for j in range(m.peak_count):
+        m.best[j][lane] = m.progress[(1 + j) * m.member_count + member]
+    m.clock[0][lane] = m.last_sample_time[0][lane] = m.grid[0]
+    m.next_sample_time[0][lane], m.steps[0][lane] = m.grid[1], 0.0
+    m.is_new[0][lane], m.is_busy[0][lane], m.is_shortened[0][lane] = 1.0, 1.0, 0.0
+
+
 def _fill_lanes(m: LanesMemory, leg: LegMemory) -> None:
     """Give idle lanes the next members, and compute what their first steps need."""
     for lane in range(m.width):
@@ -276,39 +309,7 @@ def _fill_lanes(m: LanesMemory, leg: LegMemory) -> None:
             member = m.counts[NEXT]
             m.counts[NEXT] += 1
             m.counts[ACTIVE] += 1
-            m.members[lane], m.rows[lane] = member, 0
-            for i in range(m.n):
-                m.state[i][lane] = m.last_sample[i][lane] = m.states[i * m.member_count + member]
-            for i in range(m.rate_constant_count):
-                m.rate_constants[i][lane] = m.constants[i * m.member_count + member]
-            for i in range(m.sampler_constant_count):
-                m.sampler_constants[i][lane] = m.constants[(m.rate_constant_count + i) * m.member_count + member]
-            for i in range(m.peak_constant_count):
-                m.peak_constants[i][lane] = m.constants[
-                    (m.rate_constant_count + m.sampler_constant_count + i) * m.member_count + member
-                ]
-            for i in range(m.event_constant_count):
-                m.event_constants[i][lane] = m.constants[
-                    (m.rate_constant_count + m.sampler_constant_count + m.peak_constant_count + i) * m.member_count + member
-                ]
-            for i in range(m.instant_constant_count):
-                m.instant_constants[i][lane] = m.constants[
-                    (
-                        m.rate_constant_count
-                        + m.sampler_constant_count
-                        + m.peak_constant_count
-                        + m.event_constant_count
-                        + i
-                    )
-                    * m.member_count
-                    + member
-                ]
-            m.size[0][lane] = m.progress[member]
-            for j in range(m.peak_count):
-                m.best[j][lane] = m.progress[(1 + j) * m.member_count + member]
-            m.clock[0][lane] = m.last_sample_time[0][lane] = m.grid[0]
-            m.next_sample_time[0][lane], m.steps[0][lane] = m.grid[1], 0.0
-            m.is_new[0][lane], m.is_busy[0][lane], m.is_shortened[0][lane] = 1.0, 1.0, 0.0
+            _load_member(m, lane, member)
             if m.event_count > 0:
                 begin_lane(m, leg, lane)
     evaluate_lanes(m.rates, m.clock, m.state, m.rate_constants, m.k, 0)
@@ -355,14 +356,22 @@ def _rounding_errors(m: LanesMemory, time: Lanes, step: Lanes) -> Lanes:
             squares += ((m.error_5[i] - m.k[i]) / _allowed_error(m, i, m.state[i], m.next_state[i])) ** 2
         largest = larger(largest, squares)
         digit = 2 * digit
-    result: Lanes = step * root(largest / m.n)
-    return result
+    errors: Lanes = step * root(largest / m.n)
+    return errors
+
+
+def _without_rounding(m: LanesMemory, time: Lanes, step: Lanes, error: Lanes) -> Lanes:
+    """Return the errors of steps, those small that are no larger than rounding."""
+    is_often_shortened = (error > 1.0) & (m.is_shortened[0] >= _OFTEN)
+    if any_lane(is_often_shortened):
+        return select(is_often_shortened & (error <= _rounding_errors(m, time, step)), OF_ROUNDING, error)
+    return error
 
 
 def _mark_near_events(m: LanesMemory, success: Marks) -> Marks:
     """Mark the lanes in whose steps an event function may pass zero."""
     evaluate_lanes(m.event_functions, m.next_time, m.next_state, m.event_constants, m.event_values, 0)
-    is_near = success & ~success
+    is_near: Marks = success & ~success
     for j in range(m.event_count):
         high = larger(m.highest_event_values[j], m.event_values[j])
         low = smaller(m.lowest_event_values[j], m.event_values[j])
@@ -412,6 +421,31 @@ def _release_sliding_lanes(m: LanesMemory) -> None:
         _release_lanes(m, STANDING_STILL, has_ended)
 
 
+def _compute_peaks(m: LanesMemory, next_time: Lanes, success: Marks) -> Marks:
+    """Compute the quantities with a largest value at the ends of steps; mark the steps within which one may be larger."""
+    may_peak: Marks = success & ~success
+    if m.peak_count > 0:
+        m.moment[0] = next_time
+        evaluate_lanes(m.peak_quantities, m.moment, m.next_state, m.peak_constants, m.peak_value, 0)
+        for j in range(m.peak_count):
+            high, low = larger(m.highest[j], m.peak_value[j]), smaller(m.lowest[j], m.peak_value[j])
+            may_peak = may_peak | (success & (high + _RANGE_MARGIN * (high - low) > _PEAK_FACTOR * m.best[j]))
+            m.places[PLACES * m.peak_count + j] = m.peak_value[j]
+            m.best[j] = select(success & (m.peak_value[j] > m.best[j]), m.peak_value[j], m.best[j])
+    return may_peak
+
+
+def _propose_sizes(m: LanesMemory, step: Lanes, error: Lanes, success: Marks) -> None:
+    """Compute the sizes of the next steps: section II.4."""
+    proposal = _SAFETY / _root_8(error)
+    growth = select(error == 0.0, _MAX_FACTOR, smaller(larger(proposal, _MIN_FACTOR), _MAX_FACTOR))
+    growth = select(m.is_shortened[0] != 0.0, smaller(growth, 1.0), growth)
+    reduction = select(error > 1.0, larger(proposal, _MIN_FACTOR), _MIN_FACTOR)
+    size = step * select(success, growth, reduction)
+    m.size[0] = select(success & (growth >= _MAX_FACTOR), larger(size, m.size[0]), size)
+    m.is_shortened[0] = select(success, 0.0, m.is_shortened[0] + 1.0)
+
+
 def _advance_once(m: LanesMemory, leg: LegMemory, end: float) -> None:
     """Attempt a step on each lane."""
     time = m.clock[0]
@@ -428,26 +462,16 @@ def _advance_once(m: LanesMemory, leg: LegMemory, end: float) -> None:
     step, next_time = select(is_last, end - time, step), select(is_last, end, next_time)
     error = _attempt(m, time, step)
     if m.event_count > 0:
-        is_often_shortened = (error > 1.0) & (m.is_shortened[0] >= _OFTEN)
-        if any_lane(is_often_shortened):
-            error = select(is_often_shortened & (error <= _rounding_errors(m, time, step)), OF_ROUNDING, error)
+        error = _without_rounding(m, time, step, error)
     m.moment[0] = next_time
     evaluate_lanes(m.rates, m.moment, m.next_state, m.rate_constants, m.k, STAGES * m.n)
     success = is_busy & (error <= 1.0) & _finite_lanes(m.k, STAGES * m.n, m.n)
     has_dense = False
     if m.event_count > 0:
-        m.attempted[0], m.next_time[0] = step, next_time
+        m.trial_size[0], m.next_time[0] = step, next_time
         has_dense = _follow_events(m, leg, time, step, success)
         success, next_time = success & (m.is_too_long[0] == 0.0), m.next_time[0]
-    may_peak = is_busy & ~is_busy
-    if m.peak_count > 0:
-        m.moment[0] = next_time
-        evaluate_lanes(m.peak_quantities, m.moment, m.next_state, m.peak_constants, m.peak_value, 0)
-        for j in range(m.peak_count):
-            high, low = larger(m.highest[j], m.peak_value[j]), smaller(m.lowest[j], m.peak_value[j])
-            may_peak = may_peak | (success & (high + _RANGE_MARGIN * (high - low) > _PEAK_FACTOR * m.best[j]))
-            m.places[PLACES * m.peak_count + j] = m.peak_value[j]
-            m.best[j] = select(success & (m.peak_value[j] > m.best[j]), m.peak_value[j], m.best[j])
+    may_peak = _compute_peaks(m, next_time, success)
     has_candidates = any_lane(may_peak)
     if not has_dense and (has_candidates or any_lane(success & (m.next_sample_time[0] < next_time))):
         _compute_dense(m, time, step)
@@ -460,13 +484,7 @@ def _advance_once(m: LanesMemory, leg: LegMemory, end: float) -> None:
         m.state[i] = select(success, m.next_state[i], m.state[i])
         m.k[i] = select(success, m.k[STAGES * m.n + i], m.k[i])
     m.clock[0] = select(success, next_time, time)
-    proposal = _SAFETY / _root_8(error)
-    growth = select(error == 0.0, _MAX_FACTOR, smaller(larger(proposal, _MIN_FACTOR), _MAX_FACTOR))
-    growth = select(m.is_shortened[0] != 0.0, smaller(growth, 1.0), growth)
-    reduction = select(error > 1.0, larger(proposal, _MIN_FACTOR), _MIN_FACTOR)
-    size = step * select(success, growth, reduction)
-    m.size[0] = select(success & (growth >= _MAX_FACTOR), larger(size, m.size[0]), size)
-    m.is_shortened[0] = select(success, 0.0, m.is_shortened[0] + 1.0)
+    _propose_sizes(m, step, error, success)
     m.steps[0] = m.steps[0] + 1.0
     is_at_end = is_busy & (m.clock[0] >= end)
     if m.event_count > 0:
