@@ -1,4 +1,4 @@
-"""Changes of a machine while it runs: locked bodies that are released, schedules, and piecewise laws."""
+"""Changes of a machine while it runs: locked bodies that are released, and schedules."""
 
 from __future__ import annotations
 
@@ -6,13 +6,9 @@ import numpy as np
 import sympy as sp
 
 from wucht.machines.machine import Machine
-from wucht.machines.mechanism import Mechanism
-from wucht.machines.parts.base import Drive, Load, Part, Release, ShaftPart
-from wucht.machines.structure import SPEED
+from wucht.machines.parts.base import Release
 from wucht.machines.tree import RotatingBody
-from wucht.mechanics.energies import Energies
 from wucht.numerics.flow.events import Event
-from wucht.piecewise import PiecewiseCubic
 from wucht.system import TIME
 
 
@@ -44,29 +40,3 @@ def _release_event(machine: Machine, body: RotatingBody, release: Release) -> Ev
 def leader_of(machine: Machine, body: RotatingBody) -> RotatingBody:
     """Return the body whose speed releases a locked one: that it turns about, for a rotor the first other rotor."""
     return machine.body(body.about) if body.about else next(r for r in machine.rotors if r.name != body.name)
-
-
-def laws_in_pieces(machine: Mechanism) -> tuple[str, ...]:
-    """Return descriptions of all that changes its law during a run: schedules, bodies that touch each other, and parts."""
-    schedules = (f"schedule of {s.parameter}" for s in machine.schedules)
-    contacts = (f"contacts on the track {t.name}" for t in machine.tracks)
-    parts = (_words(p, e) for p, e in zip(machine.parts, machine.without_contacts, strict=False) if _pieces(e))
-    return (*schedules, *contacts, *parts)
-
-
-def _pieces(energies: Energies) -> set[PiecewiseCubic]:
-    """Return the piecewise functions in the formulas of a part."""
-    rates = (state.rate for state in energies.internal_states)
-    return set().union(*(sp.sympify(e).atoms(PiecewiseCubic) for e in (*energies.formulas, *rates)))
-
-
-def _words(part: Part, energies: Energies) -> str:
-    """Return a part's kind and name, and where its law changes if that is short."""
-    if not isinstance(part, ShaftPart):
-        return f"{part.kind} {part.path}"
-    words = f"{part.kind} {part.group} on {part.on}"
-    if isinstance(part, Load) and all(p.args[1].breakpoints == (0.0,) for p in _pieces(energies)):
-        return f"{words}, at standstill"
-    if isinstance(part, Drive) and not part.internal_states and not sp.sympify(part.torque(SPEED)).has(PiecewiseCubic):
-        return f"gear of the {words}, where its torque changes sign"
-    return words

@@ -16,7 +16,7 @@ from wucht.machines.mechanism import Mechanism
 from wucht.machines.structure import SPEED
 from wucht.machines.tree import RotatingBody
 from wucht.mechanics.energies import Energies
-from wucht.numerics.flow.program import number_function
+from wucht.numerics.flow.program import number_function, variable_function
 from wucht.numerics.zeros_and_peaks import first_where
 from wucht.system import TIME
 
@@ -121,7 +121,7 @@ def free_speed(machine: Mechanism, rotor: RotatingBody, time: float = 0.0) -> fl
     if slope:
         rough = -start / slope
         return rough - torque(rough) / slope  # the second step removes the rounding of the first
-    return None if slope == 0 else _equilibrium_speed(torque)
+    return None if slope == 0 else _equilibrium_from(machine, rotor, 0.0)
 
 
 def free_speed_from(machine: Mechanism, rotor: RotatingBody, speed: float, time: float = 0.0) -> float | None:
@@ -133,7 +133,7 @@ def free_speed_from(machine: Mechanism, rotor: RotatingBody, speed: float, time:
     free = free_speed(machine, rotor, time)
     if free is None or rotor.coordinate.prescribed_velocity is not None or abs(speed) <= abs(free):
         return free
-    faster = _equilibrium_speed(net_torque(machine, rotor), speed)
+    faster = _equilibrium_from(machine, rotor, speed)
     is_same = faster is None or abs(faster - free) <= _SAME * abs(speed)
     return free if is_same else faster
 
@@ -145,6 +145,21 @@ def common_free_speed(machine: Mechanism) -> float | None:
     """
     torques = [(sense_of(machine, rotor), net_torque(machine, rotor)) for rotor in machine.rotors]
     return _equilibrium_speed(lambda w: sum(sense * torque(sense * w) for sense, torque in torques))
+
+
+def _equilibrium_from(machine: Mechanism, rotor: RotatingBody, origin: float) -> float | None:
+    """Return the speed at which the net torque on a rotor first vanishes, from one at which it turns."""
+    drive, losses = shaft_torques(machine, rotor)
+    torque = drive - losses
+    numbers = ((s, v) for s, v in zip(machine.structure.symbols, machine.values.values(), strict=True) if torque.has(s))
+    return _equilibrium_of(torque, tuple(numbers), origin)
+
+
+@lru_cache(maxsize=1024)  # of a verdict on many bodies it is needed for each of them
+def _equilibrium_of(torque: sp.Expr, numbers: tuple[tuple[sp.Symbol, float], ...], origin: float) -> float | None:
+    symbols, values = tuple(s for s, _ in numbers), tuple(v for _, v in numbers)
+    function = variable_function((torque,), symbols, SPEED, "math")
+    return _equilibrium_speed(lambda w: float(function(values, w)[0]), origin)
 
 
 def _equilibrium_speed(torque: Callable[[float], float], origin: float = 0.0) -> float | None:

@@ -179,7 +179,7 @@ def test_attractors_are_computed_once_and_not_where_parameters_vary(monkeypatch:
     monkeypatch.setattr(module, "replace", lambda question, until: (question, until))
 
     def ask(value: float, paths: tuple[str, ...] = ()) -> Any:
-        machine = SimpleNamespace(structure="s", values={"c": value})
+        machine = SimpleNamespace(structure="s", values={"c": value}, tracks=(), schedules=())
         question: Any = SimpleNamespace(
             varied_paths=paths, machine=machine, model="full", inertia=None, order=1, tolerance=1e-9, longest=9.0
         )

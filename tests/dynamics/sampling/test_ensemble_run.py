@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
+from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, prepare_start, run_up
 from wucht.dynamics.sampling import ensemble_run
 from wucht.dynamics.sampling.ensemble_run import integration_note, outcomes_of
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes
@@ -99,15 +99,47 @@ def test_at_a_given_end_what_is_not_settled_is_not_identified() -> None:
     assert (short.end_time == 30.0).all() and "captured" in labels(long)
 
 
-def test_a_machine_with_contacts_is_run_up_member_by_member() -> None:
-    machine = load_machine("practice/laundry-drum")
-    question = EnsembleQuestion(machine, until=2.0, tolerance=1e-8)
-    where = "schedule of drive.voltage; contacts on the track ring; quadratic load on drum, at standstill"
-    why = f"each member must stop where a law changes ({where})"
-    assert integration_note(question) == f"members are run up one by one, which is slower: {why}"
+@pytest.mark.parametrize("name", ["practice/laundry-drum", "practice/fan-on-inverter", "practice/fan-on-belt"])
+def test_machines_of_piecewise_laws(name: str) -> None:
+    """A schedule, contacts and a fan's load; an inverter with a limit; a belt: in batches, with the labels of run-ups."""
+    machine = load_machine(name)
+    question = EnsembleQuestion(machine, tolerance=1e-8)
+    assert integration_note(question) == "members are integrated in batches"
+    found = outcomes_of(question, prepare_start(machine, {})[1][:, None], {})
+    motion = run_of(machine, {}, "full", settled=True)
+    assert labels(found) == [motion.verdict.outcome.value]
+    assert found.peak_amplitude[0] == pytest.approx(motion.observation.largest, rel=1e-3)
+    assert found.settling_time[0] == pytest.approx(motion.verdict.settling_time, abs=3 * found.end_time[0] / 160)
+
+
+def test_a_schedule_is_waited_for() -> None:
+    """The drive is switched on after 10 s, when a rotor that stands has been at rest for long."""
+    drive = {"on": "a", "kind": "linear", "slope": 1e-3, "no_load_speed": 50.0}
+    schedule = {"parameter": "drive.no_load_speed", "points": [[0.0, 1e-9], [10.0, 1e-9], [10.1, 50.0]]}
+    machine = machine_from(SMOOTH | {"drive": drive, "schedules": [schedule]})
+    question = EnsembleQuestion(machine, tolerance=1e-8)
     found = outcomes_of(question, initial_state(machine, {})[:, None], {})
-    assert labels(found) == [run_of(machine, {}, "full", until=2.0).verdict.outcome.value]
-    assert integration_note(replace(question, machine=pendulums(1.0))) == "members are integrated in batches"
+    assert labels(found) == [run_of(machine, {}, "full", settled=True).verdict.outcome.value] == ["passed"]
+    assert found.settling_time[0] > 10.0
+    stopped = replace(question, machine=machine, until=9.0)
+    assert labels(outcomes_of(stopped, initial_state(machine, {})[:, None], {})) != ["passed"]
+
+
+@pytest.mark.parametrize("masses", [(0.1, 0.1, 0.1), (0.1, 0.13, 0.1)])
+def test_balls_of_a_track_start_in_any_order(masses: tuple[float, ...]) -> None:
+    """Like balls may exchange their places, others may not: each member has the outcome of its run-up."""
+    balls = [
+        BALL | {"name": f"p{k}", "mass": m, "diameter": 0.03, "track": "ring", "restitution": 0.5} for k, m in enumerate(masses)
+    ]
+    machine = machine_from(SMOOTH | {"bodies": [*SMOOTH["bodies"], *balls]})
+    places = [(0.0, 2.0, 4.0), (0.0, 4.0, 2.0), (1.0, 0.2, 3.0), (3.0, 6.0, 5.0)]
+    starts = [{f"p{k}": angle for k, angle in enumerate(three)} for three in places]
+    question = EnsembleQuestion(machine, until=60.0, tolerance=1e-8)
+    found = outcomes_of(question, states(machine, starts), {})
+    for i, start in enumerate(starts):
+        alone = run_of(machine, start, "full", until=60.0)
+        assert labels(found)[i] == alone.verdict.outcome.value
+        assert found.peak_amplitude[i] == pytest.approx(alone.observation.largest, rel=1e-3)
 
 
 SMOOTH = {
@@ -141,9 +173,6 @@ def test_a_mirrored_machine_comes_to_its_end_as_soon(model: Any) -> None:
 @pytest.mark.parametrize(
     ("changed", "model", "why"),
     [
-        ({"bodies": [*SMOOTH["bodies"], BESIDE]}, "full", "several rotors are free to turn, and may synchronise"),
-        ({"carrier": SHAKEN}, "full", "rotors may be entrained by the vibration of the carrier"),
-        ({"carrier": SHAKEN, "drive": {"kind": "constant-speed", "speed": 5.0}}, "full", "the carrier is shaken"),
         ({"drive": None}, "slow", "a rotor without a drive turns as it does at the start"),
         (
             {"drive": {"kind": "constant-torque", "torque": 1.0}, "set": {"a.bearing_damping": 0.0}},
@@ -151,11 +180,6 @@ def test_a_mirrored_machine_comes_to_its_end_as_soon(model: Any) -> None:
             "nothing but a limit",
         ),
         ({"bodies": [*SMOOTH["bodies"], BALL | {"release": {"speed": 40.0}}]}, "full", "bodies are released on the way"),
-        (
-            {"drive": SERIES, "load": {"kind": "quadratic", "coefficient": 2e-4}},
-            "full",
-            "each member must stop where a law changes (quadratic load on a, at standstill)",
-        ),
     ],
     ids=lambda x: x if isinstance(x, str) else "",
 )
@@ -166,11 +190,25 @@ def test_why_members_are_run_up_one_by_one_is_said(changed: dict[str, Any], mode
     )
 
 
-@pytest.mark.parametrize("changed", [{}, {"drive": SERIES, "load": {"kind": "viscous", "coefficient": 0.02}}])
-def test_a_machine_of_smooth_laws_is_integrated_in_batches(changed: dict[str, Any]) -> None:
-    """A series motor too."""
-    question = EnsembleQuestion(machine_from(SMOOTH | changed))
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"bodies": [*SMOOTH["bodies"], BESIDE]},
+        {"carrier": SHAKEN},
+        {"carrier": SHAKEN, "drive": {"kind": "constant-speed", "speed": 5.0}},
+        {"drive": SERIES, "load": {"kind": "viscous", "coefficient": 0.02}},
+        {"drive": SERIES, "load": {"kind": "quadratic", "coefficient": 2e-4}},
+    ],
+    ids=["two rotors", "entrained", "shaken", "series motor", "fan"],
+)
+def test_what_is_integrated_in_batches_has_the_labels_of_run_ups(changed: dict[str, Any]) -> None:
+    machine = machine_from(SMOOTH | changed)
+    question = EnsembleQuestion(machine, until=60.0, tolerance=1e-8)
     assert integration_note(question) == "members are integrated in batches"
+    found = outcomes_of(question, states(machine, [{}]), {})
+    alone = run_of(machine, {}, "full", until=60.0)
+    assert labels(found) == [alone.verdict.outcome.value]
+    assert found.peak_amplitude[0] == pytest.approx(alone.observation.largest, rel=1e-3)
 
 
 def test_exciters_at_the_resonance_have_the_label_of_their_run_up() -> None:

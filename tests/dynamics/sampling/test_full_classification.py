@@ -24,9 +24,11 @@ from wucht.numerics.ensembles.members import Chunk, Pace, Status
 def horizon(monkeypatch: pytest.MonkeyPatch, free: dict[str, float | None], starts: list[float]) -> Any:
     """Up to 100 rad/s are sampled densely enough."""
     monkeypatch.setattr(module, "_sampled_speed", lambda _: 100.0)
-    monkeypatch.setattr(module, "free_speed", lambda machine, rotor: free[rotor])
+    monkeypatch.setattr(module, "free_speed", lambda machine, rotor, time: free[rotor])
     monkeypatch.setattr(module, "fastest_speeds", lambda machine, given: np.array(starts))
-    machines = tuple(SimpleNamespace(rotors=names) for names in (("a", "b"), ("c",)))
+    machines = tuple(SimpleNamespace(rotors=names, breakpoints=(0.0,)) for names in (("a", "b"), ("c",)))
+    for machine in machines:
+        machine.at = lambda time, machine=machine: machine
     return SimpleNamespace(machines=machines, machine_index=np.array([0, 0, 1, 1]))
 
 

@@ -61,18 +61,27 @@ def test_a_file_of_another_study_keeps_its_own_axes(here: Path, wucht: Command, 
 
 
 def test_members_that_need_it_are_run_one_by_one_and_that_is_told(here: Path, wucht: Command) -> None:
-    axes = 'study.axes={"b.speed": [0, 4, 2], "drive.no_load_speed": [5, 6, 2]}'
-    Path("shaken.toml").write_text(
+    axes = 'study.axes={"b.speed": [0, 4, 2], "p.angle": [0, 3, 2]}'
+    Path("released.toml").write_text(
         """
 [machine.carrier]
+mass = "1 kg"
 directions = "x"
-motion = { direction = "x", amplitude = "1 mm", frequency = "6.28 rad/s" }
+frequency = "3 Hz"
 [[machine.bodies]]
 kind = "rotor"
 name = "b"
 mass = "1 kg"
 unbalance = "1e-2 kg m"
 inertia = "1e-3 kg m^2"
+[[machine.bodies]]
+kind = "pendulum"
+name = "p"
+about = "b"
+mass = "50 g"
+length = "0.1 m"
+damping = "1e-3 N m s"
+release = { speed = "5 rad/s" }
 [machine.drive]
 kind = "linear"
 slope = "1e-4 N m s"
@@ -83,7 +92,7 @@ until = "20 s"
 """,
         encoding="utf-8",
     )
-    done = wucht("run", "shaken.toml", "-o", "out", "--set", axes)
+    done = wucht("run", "released.toml", "-o", "out", "--set", axes)
     assert done.code == 0, done.err
     assert "one by one" in done.out
-    assert "rotors may be entrained" in done.out
+    assert "bodies are released on the way" in done.out

@@ -114,7 +114,7 @@ class Horizon:
     @classmethod
     def of(cls, machine: Machine, settings: RunSettings, initial: np.ndarray) -> Horizon:
         """Return the horizon of a run from an initial state."""
-        at = {t: machine.at(t) for t in _distinctive_times(machine)}
+        at = {t: machine.at(t) for t in distinctive_times(machine)}
         natural = [f for m in at.values() for f in (*natural_frequencies(m).values(), swing_frequency(m)) if f > 0]
         highest = {t: highest_speed(m) for t, m in at.items()}  # a balance of losses alone may lie far above what is reached
         free_speeds = [min(abs(free_speed(m, r, t) or 0.0), highest[t]) for t, m in at.items() for r in m.rotors]
@@ -220,7 +220,7 @@ def numbers_per_sample(machine: Machine) -> int:
     return 2 * len(system.states) + len(system.quadratures) + len(system.outputs) + 8 * len(machine.bodies)
 
 
-def _distinctive_times(machine: Machine) -> list[float]:
+def distinctive_times(machine: Machine) -> list[float]:
     """Return the times at which the machine's speeds are looked up: those of all points of its schedules, or of many points
     those at which a parameter is least or greatest, and the others evenly."""
     times = np.array(machine.breakpoints)

@@ -141,14 +141,19 @@ def verdict_at_end(
     machine: Machine, observation: Observation, motion: Trajectory, compiled_system: CompiledSystem | None = None
 ) -> Verdict:
     """Judge a motion that was observed until its end. compiled_system: its equations, with which the verdict is certified."""
-    last = observation.main.sample
-    speed = 0.0 if last is None else float(last.speeds[0, -1])
-    free = free_speed_from(machine.at(motion.end_time), machine.rotor, speed, motion.end_time)
+    free = free_speed_at_end(machine, observation, motion.end_time)
     verdict = judge(machine, observation, free, motion.failure, motion.stopped_by == SPEED_LIMIT)
     if compiled_system is None:
         return verdict
     end = motion.final_parameter_values, motion.end_state, motion.end_time
     return certified_verdict(machine, verdict, MotionEnd(compiled_system.system, lambda: compiled_system, *end))
+
+
+def free_speed_at_end(machine: Machine, observation: Observation, end: float) -> float | None:
+    """Return the speed that the drive reaches without vibration from that at the end of a motion: ``free_speed_from``."""
+    last = observation.main.sample
+    speed = 0.0 if last is None else float(last.speeds[0, -1])
+    return free_speed_from(machine.at(end), machine.rotor, speed, end)
 
 
 def run_up(case: RunUpCase, work: Work) -> Iterator[tuple[Motion, ...]]:

@@ -156,9 +156,9 @@ def attractors_of(question: EnsembleQuestion, equations: Equations, horizon: Hor
     Returns
     -------
     tuple of Attractor
-        Empty if parameters vary, or if all these run-ups come to rest.
+        Empty if parameters vary, also by schedules, if bodies touch each other, or if all these run-ups come to rest.
     """
-    if question.varied_paths:
+    if question.varied_paths or question.machine.tracks or question.machine.schedules:
         return ()
     machine, model = question.machine, (question.model, question.inertia, question.order, question.tolerance, question.longest)
     key = machine.structure, tuple(sorted(machine.values.items())), model

@@ -18,9 +18,10 @@ from wucht.dynamics.sampling.member_quantities import MemberMotion, MemberQuanti
 from wucht.dynamics.verdicts.locking import is_locking
 from wucht.dynamics.verdicts.observation import weights_of
 from wucht.errors import InputError
-from wucht.machines.changes import laws_in_pieces, release_events
+from wucht.machines.changes import release_events
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, sense_of
+from wucht.machines.parts.base import Drive, Load
 from wucht.machines.tree import RotatingBody
 from wucht.numerics.ensembles.members import Members
 from wucht.system import System
@@ -30,17 +31,25 @@ def batching_obstacle(question: EnsembleQuestion) -> str | None:
     """Return the reason why the members cannot be integrated in batches, and are run up one by one; None if they can."""
     machine, slow = question.machine, question.model == "slow"
     free = [r for r in machine.rotors if r.coordinate.prescribed_velocity is None]
-    pieces = "; ".join(laws_in_pieces(machine))
     reasons = {
-        "several rotors are free to turn, and may synchronise": len(free) > 1,
-        "rotors may be entrained by the vibration of the carrier": is_locking(machine),
-        "the carrier is shaken": machine.shaken_coordinate is not None,
         "a rotor without a drive turns as it does at the start": slow and not all(free_speed(machine, r) for r in free),
         "nothing but a limit ends the run-up": runaway_limit(machine) is not None,
         "bodies are released on the way": bool(release_events(machine)),
-        f"each member must stop where a law changes ({pieces})": bool(pieces),
     }
     return next((reason for reason, holds in reasons.items() if holds), None)
+
+
+def is_screened(machine: Machine) -> bool:
+    """True if the main rotor's speed and unbalance alone decide most members, once its drive and its loads change no more."""
+    free = [r for r in machine.rotors if r.coordinate.prescribed_velocity is None]
+    shaft_parts = [part.path for part in machine.parts if isinstance(part, Drive | Load)]
+    return (
+        len(free) <= 1
+        and not machine.tracks
+        and not is_locking(machine)
+        and machine.shaken_coordinate is None
+        and all(s.parameter.rpartition(".")[0] in shaft_parts for s in machine.schedules)
+    )
 
 
 def needs_scalar_run(question: EnsembleQuestion, variants: Variants) -> np.ndarray:
@@ -116,7 +125,9 @@ class FullEquations:
 
     @classmethod
     def of(cls, machine: Machine, varied_paths: Iterable[str] = ()) -> FullEquations:
-        """Choose the frame that the machine allows, whatever values the varied parameters take."""
+        """Choose the frame that the machine allows, whatever values the varied parameters take; with contacts the fixed one."""
+        if machine.tracks:
+            return cls(machine, None)
         try:
             turning_frame = RelativeEquilibria.of(machine)
         except InputError:

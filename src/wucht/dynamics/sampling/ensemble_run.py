@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from wucht.dynamics.sampling.ensemble_equations import (
     NumberedMembers,
     Variants,
     batching_obstacle,
+    is_screened,
     member_equations,
     needs_scalar_run,
 )
@@ -24,6 +25,7 @@ from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, 
 from wucht.dynamics.sampling.full_classification import begins_fast, classify_members
 from wucht.dynamics.sampling.screening_observer import DoublingSchedule, ScreeningObserver
 from wucht.dynamics.sampling.steady_certificate import parting_members
+from wucht.dynamics.sampling.track_orders import Arrangement, arrangements
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.dynamics.work import Work
@@ -115,7 +117,20 @@ def outcomes_of(
         For values that a part does not allow, and machines without averaged equations where these are requested.
     """
     progress = report or (lambda _share: None)
-    variants = Variants.from_values(question.machine, values, starts.shape[1])
+    count, done = starts.shape[1], 0
+    parts, members = list[MemberOutcomes](), list[np.ndarray]()
+    for group in arrangements(question.machine, Variants.from_values(question.machine, values, count), starts):
+        of_group = replace(question, machine=group.variants.machines[0]) if question.machine.tracks else question
+        share = len(group.members) / count
+        parts.append(_outcomes_in_one_order(of_group, group, subprogress(progress, done / count, share)))
+        members.append(group.members)
+        done += len(group.members)
+    return MemberOutcomes.join(parts).select(np.argsort(np.concatenate(members)))
+
+
+def _outcomes_in_one_order(question: EnsembleQuestion, group: Arrangement, report: Report) -> MemberOutcomes:
+    """Return the outcomes of members whose bodies are in one order."""
+    starts, variants = group.starts, group.variants
     needs_single_run = (
         np.ones(starts.shape[1], bool) if batching_obstacle(question) is not None else needs_scalar_run(question, variants)
     )
@@ -123,10 +138,10 @@ def outcomes_of(
     parts, share = list[MemberOutcomes](), len(single_members) / len(needs_single_run)
     if len(single_members):
         subset = variants.select(single_members)
-        parts.append(run_up_each(question, starts[:, single_members], subset, subprogress(progress, 0.0, share)))
+        parts.append(run_up_each(question, starts[:, single_members], subset, subprogress(report, 0.0, share)))
     if len(batch_members):
         subset = variants.select(batch_members).compact
-        parts.append(_run_batches(question, starts[:, batch_members], subset, subprogress(progress, share, 1 - share)))
+        parts.append(_run_batches(question, starts[:, batch_members], subset, subprogress(report, share, 1 - share)))
     return MemberOutcomes.join(parts).select(np.argsort(np.concatenate([single_members, batch_members])))
 
 
@@ -134,6 +149,8 @@ def _run_batches(question: EnsembleQuestion, starts: np.ndarray, variants: Varia
     """Return the outcomes of members that are integrated in batches."""
     machine = question.machine
     horizon = Horizon.of(machine, RunSettings(), initial_state(machine, {}))
+    if not is_screened(machine):
+        return classify_members(question, starts, variants, horizon, report)
     outcomes, open_members = _screen_members(question, starts, variants, horizon, subprogress(report, 0.0, _SCREENING_SHARE))
     open_members = np.union1d(open_members, np.flatnonzero(begins_fast(starts, machine, horizon)))
     if not len(open_members):

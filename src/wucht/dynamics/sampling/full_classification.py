@@ -10,7 +10,8 @@ from functools import partial
 import numpy as np
 
 from wucht.analysis.averaged_equations import FullMotion
-from wucht.dynamics.run_ups.horizon import Horizon
+from wucht.dynamics.run_ups.horizon import Horizon, distinctive_times
+from wucht.dynamics.run_ups.run_up import free_speed_at_end
 from wucht.dynamics.run_ups.run_up_models import FullModel, SlowModel, slow_model
 from wucht.dynamics.sampling.ensemble_equations import NumberedMembers, Variants, parameters_of
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, Report, subprogress
@@ -29,7 +30,7 @@ from wucht.numerics.flow.trajectory import Trajectory
 
 _SAMPLES_PER_TURN, _TURNS_PER_CHUNK = 16, 200  # samples a turn of the fastest motion that is expected, and turns a chunk
 _DENSE_SPEED_FACTOR, _MOST_DOUBLINGS = 1.5, 10  # times as fast as expected: still sampled densely enough; doublings
-_MEMBERS_PER_TILE = 8  # members: their samples are held at once
+_MEMBERS_PER_TILE = 16  # those of a vector: their samples are held at once
 _REGISTERS = 64  # numbers: a whole number of vector registers of any processor
 _SETTLED_WIDTH = 1e-3  # see ``Verdict.settled_within``
 _FINAL_OUTCOMES = (Outcome.STOPPED, Outcome.OSCILLATING, Outcome.NOT_STARTED)
@@ -65,7 +66,10 @@ def _outcomes(ends: EnsembleResult[ObserverState]) -> MemberOutcomes:
 def _doublings(starts: np.ndarray, variants: Variants, horizon: Horizon) -> np.ndarray:
     """The number of doublings of the sampling density for each member (M,): it may turn faster than the machine of the
     question, by its start or its parameters."""
-    drive_speeds = [max((abs(free_speed(m, r) or 0.0) for r in m.rotors), default=0.0) for m in variants.machines]
+    drive_speeds = [
+        max(abs(free_speed(at, r, t) or 0.0) for t in distinctive_times(m) for at in (m.at(t),) for r in m.rotors)
+        for m in variants.machines
+    ]
     fastest = np.maximum(np.array(drive_speeds)[variants.machine_index], fastest_speeds(variants.machines[0], starts))
     return np.asarray(np.ceil(np.log2((fastest / _sampled_speed(horizon)).clip(1.0, 2.0**_MOST_DOUBLINGS))).astype(int))
 
@@ -188,7 +192,7 @@ class ClassifyingObserver:
 def member_verdict(model: FullModel, observation: Observation, state: np.ndarray) -> Verdict:
     """Judge a member that was observed until it is in a state (k,) of its equations."""
     machine = model.machine
-    verdict = judge(machine, observation, free_speed(machine, machine.rotor))
+    verdict = judge(machine, observation, free_speed_at_end(machine, observation, observation.end_time))
     equations, values = partial(compile_system, model.system, TOLERANCE), np.array(model.parameter_values)
     return certified_verdict(machine, verdict, MotionEnd(model.system, equations, values, state, observation.end_time))
 

@@ -125,7 +125,9 @@ def full_motion(
     """
     rotor, extra_parameters = machine.rotor.coordinate, list[tuple[sp.Symbol, np.ndarray]]()
     speed = rotor.velocity
-    if rotor.prescribed_velocity is not None:
+    if rotor.prescribed_velocity is not None and machine.schedules:
+        speed = sp.sympify(rotor.prescribed_velocity).xreplace({s.symbol: s.expression for s in machine.schedules})
+    elif rotor.prescribed_velocity is not None:
         speed = sp.Symbol("prescribed.speed", real=True)
         extra_parameters.append((speed, np.array([m.prescribed_speed(rotor, 0.0)[0] for m in machines])))
     rests, square = [axis_at_rest(m) for m in machines], sp.S.Zero

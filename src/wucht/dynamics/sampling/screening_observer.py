@@ -22,6 +22,8 @@ from wucht.dynamics.verdicts.outcomes import (
     classify_each,
 )
 from wucht.dynamics.verdicts.screening import LastHalf, Screening, rises_of, screening_of
+from wucht.machines.changes import last_change
+from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
 from wucht.numerics.ensembles.members import Chunk, Members
 from wucht.numerics.observers.projection import WINDOWS
@@ -71,6 +73,7 @@ def _times(first: float, index: int) -> np.ndarray:
 
 _SINGLE = np.float32  # of the envelopes, of which half a per cent matters: half of the memory that is read and written
 SETTLED_WIDTH = 1e-4  # of speed and unbalance: a member has settled whose bounds are as near
+_NEAR = 0.05  # of speed and unbalance: nearer bounds may be known from each turn
 UNDECIDED_OUTCOME = -1
 # Chunks after which members that approach neither rest nor an attractor are classified one by one, which takes far longer.
 _WAIT_CHUNKS = 5
@@ -136,18 +139,21 @@ class ScreeningObserver:
         )
         screening = screening_of(last_half, free, self.noise)
         last = index == self.pace.chunks - 1
-        is_final = last and self.final
+        is_final, is_changing = last and self.final, last_half.duration < self._last_changes[variants.machine_index]
         outcome = self._outcome(screening, last_half, variants)
-        outcome = np.where(is_final | screening.still | (screening.width <= SETTLED_WIDTH), outcome, UNDECIDED_OUTCOME)
+        is_decided = ~is_changing & (is_final | screening.still | (screening.width <= SETTLED_WIDTH))
+        outcome = np.where(is_decided, outcome, UNDECIDED_OUTCOME)
         settling_time, endings = np.full(len(outcome), np.nan), np.flatnonzero(outcome != UNDECIDED_OUTCOME)
         settling_time[endings] = _settling_time(np.take(envelopes, endings, axis=-1), times[-1], free[endings])
         if index:
             self._assign_to_attractors((outcome, settling_time, peak_distance_squared), samples, envelopes, times[-1], free)
         if is_final:
-            hopeless = (outcome == UNDECIDED_OUTCOME) & self._is_hopeless(screening, last_half, envelopes, variants)
+            hopeless = (
+                (outcome == UNDECIDED_OUTCOME) & ~is_changing & self._is_hopeless(screening, last_half, envelopes, variants)
+            )
             outcome = np.where(hopeless, _UNIDENTIFIED_INDEX, outcome)
         needs_classification = (outcome == UNDECIDED_OUTCOME) & (
-            last | (not self.final and self._has_stalled(screening, index))
+            last | (not self.final and self._has_stalled(screening, index) & ~is_changing)
         )
         record = MemberRecord(
             record.number, outcome.astype(np.int8), needs_classification, peak_distance_squared, settling_time, envelopes
@@ -194,13 +200,24 @@ class ScreeningObserver:
     @cached_property
     def _free_speeds(self) -> np.ndarray:
         """The speed that the drive reaches without vibration (V,), signed; nan where it is not determined."""
-        free_speeds = [free_speed(m, m.rotor) for m in self.variants.machines]
+        pairs = zip(self._last_machines, self._last_changes.tolist(), strict=True)
+        free_speeds = [free_speed(machine, machine.rotor, time) for machine, time in pairs]
         return np.array([np.nan if f is None else f for f in free_speeds])
+
+    @cached_property
+    def _last_machines(self) -> tuple[Machine, ...]:
+        """The machines as their schedules leave them."""
+        return tuple(m.at(t) for m, t in zip(self.variants.machines, self._last_changes.tolist(), strict=True))
+
+    @cached_property
+    def _last_changes(self) -> np.ndarray:
+        """The time (V,) from which no schedule changes the machine any more."""
+        return np.array([last_change(m) for m in self.variants.machines])
 
     def _vibration(self, variant: int) -> Vibration:
         """The vibration that the main rotor and the bodies about it excite: see ``_of_one_shape``."""
         if variant not in self.vibrations:
-            machine = self.variants.machines[variant]
+            machine = self._last_machines[variant]
             index = [machine.bodies.index(b) for b in machine.group(machine.rotor)]
             self.vibrations[variant] = _of_one_shape(Vibration.of(machine).select_bodies(index))
         return self.vibrations[variant]
@@ -239,6 +256,7 @@ class ScreeningObserver:
         is_restless = (
             ~screening.has_settled
             & ~screening.early
+            & (screening.width > _NEAR)
             & (low > 0)
             & (high - low > MODULATION_THRESHOLD * high)
             & (screening.rises <= 2)

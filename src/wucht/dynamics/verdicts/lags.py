@@ -117,6 +117,8 @@ def windows_until_divergence(whole: Blocks, about: Sequence[int], borders: np.nd
     )
     at = np.searchsorted(whole.time, borders)
     differences = [a - b for a, b in itertools.combinations(slip_angles, 2)]
+    if (np.diff(at) == 0).any():  # a window between two blocks of the record
+        return math.inf
     window_sizes = ([float(np.ptp(d[i:j])) for i, j in itertools.pairwise(at)] for d in differences)
     return min((_windows_until_radian(sizes, max(_VISIBLE, noise.angle)) for sizes in window_sizes), default=math.inf)
 

@@ -22,7 +22,8 @@ _RIPPLE = 1e-3  # of the range of the speed in a window: the accuracy of its mea
 _STILL, _STILL_LEFT = 1e-4, 5e-3  # of the speed, of the unbalance: smaller changes are rest, but for rounding or a drift
 _RINGING = 300.0  # times the noise of the speed: the integration keeps a weakly damped motion at rest moving by so much
 _NARROW = 1e-3  # bounds of those, that are narrow enough: see ``Verdict.settled_within``
-_FAR, _ONE_WAY = 4.0, 0.9  # times what may change of a settled speed; share of all changes: see ``projection.project_signals``
+# Times what may change of a settled speed: a nearer end may be known from each turn; share of all changes.
+_FAR, _ONE_WAY = 10.0, 0.9
 _FEWEST_CYCLES = 3  # of a modulation, which are worth a full classification
 
 
@@ -103,7 +104,7 @@ def screening_of(half: LastHalf, free: np.ndarray, noise: Noise) -> Screening:
     quiet = unrest(half.residual.min(axis=0), half.residual.max(axis=0)) <= UNREST
     has_settled = turning & (speed_range.converging | still) & is_steady & in_place
     rises = rises_of(speed)
-    early = turning & nearing & (mean.width > tolerance) & ~quiet
+    early = turning & nearing & (mean.width > _FAR * tolerance) & ~quiet
     # For a rotor that still rises, with bodies at rest, the torques decide its end: ``verdict.rising_evidence``.
     changes = np.diff(means, axis=0)
     one_way = np.abs(changes.sum(axis=0)) >= _ONE_WAY * np.abs(changes).sum(axis=0)
