@@ -13,10 +13,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROW, DENSE_ROWS, ERROR_ROWS, OF_ROUNDING, STAGES
+from wucht.numerics.flow.compiled.dormand_prince import STAGES
 from wucht.numerics.flow.compiled.event_location import LONGER, SHORTER
 from wucht.numerics.flow.compiled.lane_memory import (
-    LaneArray,
     Lanes,
     LanesMemory,
     Marks,
@@ -24,11 +23,20 @@ from wucht.numerics.flow.compiled.lane_memory import (
     ceiling,
     evaluate_lanes,
     larger,
-    root,
     select,
     smaller,
 )
+from wucht.numerics.flow.compiled.lane_peaks import PLACES, compute_peaks, update_peaks
 from wucht.numerics.flow.compiled.lane_segments import NO_EVENT, begin_lane, change_lane, follow_lane
+from wucht.numerics.flow.compiled.lane_steps import (
+    attempt,
+    compute_dense,
+    dense_value,
+    finite_lanes,
+    first_steps,
+    root_8,
+    without_rounding,
+)
 from wucht.numerics.flow.compiled.leg_memory import (
     END,
     EPS,
@@ -40,162 +48,16 @@ from wucht.numerics.flow.compiled.leg_memory import (
 )
 from wucht.numerics.flow.compiled.segment_changes import MOST_CHANGES
 
-PLACES = 4  # of a step, at which quantities with a largest value are computed where one may be
-_RANGE_MARGIN = 0.25  # of the range of five places of a step: so much larger a quantity may be between two of them
-# First and last of the stages whose states are those at 0.31, 0.65 and 0.6 of a step: to 1e-3, where that is a third of a turn.
-_FIRST_PEAK_STAGE, _LAST_PEAK_STAGE = 7, 9
 # Shares of the step size: a time of the grid that is nearer is stepped over; a step is stretched by no more to end at one.
 _SHORTEST_STEP_SHARE, _LARGEST_STRETCH = 0.6, 1.05
-_PEAK_FACTOR = 1.0 + 1e-4  # times as large as the largest so far: else a place is not located more closely
 _EVENT_MARGIN = 1.0  # of the range of an event function at five places of a step: farther from zero it does not pass it within
-_VERTEX_FACTOR = 1.3  # times the gain at a parabola's vertex may be there
 _SAFETY, _MIN_FACTOR, _MAX_FACTOR = 0.9, 0.2, 6.0  # of step sizes
-_ABSOLUTE = 1e-2  # of the relative tolerance
 _NEVER = np.inf
-_OFTEN = 2.0  # a step that was shortened so many times may be one that rounding limits
 _REFILL_SHARE = 8  # lanes are given new members when one in so many is idle
 
 NEXT, ACTIVE, WAITING = range(3)  # places in the counts: the next member, how many lanes have one, samples in the queue
 NONE_BEGUN = -1  # in the counts
 IDLE = -1  # member of a lane that has none
-
-
-def _add_stages(m: LanesMemory, row: int, step: Lanes, end: LaneArray) -> None:
-    """Add the rates of stages, times the step and the weights of a row, to the states."""
-    _sum_stages(m, row, end, 0)
-    for i in range(m.n):
-        end[i] = m.state[i] + step * end[i]
-
-
-def _sum_stages(m: LanesMemory, row: int, sums: LaneArray, first: int) -> None:
-    """Sum the rates of stages with the weights of a row: of two states at once, which keeps more of the processor busy."""
-    for i in range(0, m.n - 1, 2):
-        sum_0 = 0.0 * m.k[i]
-        sum_1 = 0.0 * m.k[i]
-        for j in range(m.row_begins[row], m.row_begins[row + 1]):
-            weight, place = m.row_weights[j], m.row_places[j] + i
-            sum_0 += weight * m.k[place]
-            sum_1 += weight * m.k[place + 1]
-        sums[first + i], sums[first + i + 1] = sum_0, sum_1
-    if m.n % 2 == 1:
-        last = 0.0 * m.k[m.n - 1]
-        for j in range(m.row_begins[row], m.row_begins[row + 1]):
-            last += m.row_weights[j] * m.k[m.row_places[j] + m.n - 1]
-        sums[first + m.n - 1] = last
-
-
-def _dense_value(m: LanesMemory, i: int, x: Lanes, y: Lanes) -> Lanes:
-    """Return a state at parts x = 1 - y of the steps."""
-    value = m.dense[6 * m.n + i] * x
-    value = (value + m.dense[5 * m.n + i]) * y
-    value = (value + m.dense[4 * m.n + i]) * x
-    value = (value + m.dense[3 * m.n + i]) * y
-    value = (value + m.dense[2 * m.n + i]) * x
-    value = (value + m.dense[m.n + i]) * y
-    result: Lanes = m.state[i] + (value + m.dense[i]) * x
-    return result
-
-
-def _finite_lanes(values: LaneArray, first: int, count: int) -> Marks:
-    total = 0.0 * values[first]
-    for i in range(1, count):
-        total += 0.0 * values[first + i]
-    finite: Marks = total == 0.0
-    return finite
-
-
-def _allowed_error(m: LanesMemory, i: int, value: Lanes, next_value: Lanes) -> Lanes:
-    if m.is_angle[i] != 0.0:
-        return m.tolerance + 0.0 * value
-    return m.tolerance * (_ABSOLUTE + larger(abs(value), abs(next_value)))
-
-
-def _root_8(x: Lanes) -> Lanes:
-    return root(root(root(x)))
-
-
-def _first_steps(m: LanesMemory, span: Lanes) -> Lanes:
-    """Return first step sizes, from the rates at the beginning and after a small step: section II.4."""
-    size = 0.0 * span
-    speed = 0.0 * span
-    for i in range(m.n):
-        scale = _allowed_error(m, i, m.state[i], m.state[i])
-        size += (m.state[i] / scale) ** 2
-        speed += (m.k[i] / scale) ** 2
-    size, speed = root(size / m.n), root(speed / m.n)
-    small = smaller(select((size < 1e-5) | (speed < 1e-5), 1e-6, 0.01 * size / speed), span)
-    for i in range(m.n):
-        m.point[i] = m.state[i] + small * m.k[i]
-    m.moment[0] = m.clock[0] + small
-    evaluate_lanes(m.rates, m.moment, m.point, m.rate_constants, m.next_state, 0)
-    change = 0.0 * span
-    for i in range(m.n):
-        scale = _allowed_error(m, i, m.state[i], m.state[i])
-        change += ((m.next_state[i] - m.k[i]) / scale) ** 2
-    largest = larger(speed, root(change / m.n) / small)
-    step = select(largest <= 1e-15, larger(1e-6, small * 1e-3), _root_8(0.01 / largest))
-    step = select(step > 0.0, step, small)  # the rates are not finite there
-    return smaller(smaller(100.0 * small, step), span)
-
-
-def _compute_stage(m: LanesMemory, stage: int, time: Lanes, step: Lanes) -> None:
-    _add_stages(m, stage, step, m.point)
-    m.moment[0] = time + m.nodes[stage] * step
-    evaluate_lanes(m.rates, m.moment, m.point, m.rate_constants, m.k, stage * m.n)
-
-
-def _attempt(m: LanesMemory, time: Lanes, step: Lanes) -> Lanes:
-    """Attempt steps from states whose rates are known; return their errors, at most 1 where accepted: section II.10."""
-    for j in range(m.peak_count):
-        m.highest[j] = m.lowest[j] = m.places[j]
-    for j in range(m.event_count):
-        m.highest_event_values[j] = m.lowest_event_values[j] = m.first_event_values[j]
-    for stage in range(1, STAGES):
-        _compute_stage(m, stage, time, step)
-        if m.peak_count > 0 and _FIRST_PEAK_STAGE <= stage <= _LAST_PEAK_STAGE:
-            evaluate_lanes(m.peak_quantities, m.moment, m.point, m.peak_constants, m.peak_value, 0)
-            for j in range(m.peak_count):
-                m.highest[j] = larger(m.highest[j], m.peak_value[j])
-                m.lowest[j] = smaller(m.lowest[j], m.peak_value[j])
-        if m.event_count > 0 and _FIRST_PEAK_STAGE <= stage <= _LAST_PEAK_STAGE:
-            evaluate_lanes(m.event_functions, m.moment, m.point, m.event_constants, m.event_values, 0)
-            for j in range(m.event_count):
-                m.highest_event_values[j] = larger(m.highest_event_values[j], m.event_values[j])
-                m.lowest_event_values[j] = smaller(m.lowest_event_values[j], m.event_values[j])
-    _add_stages(m, STAGES, step, m.next_state)
-    _sum_stages(m, ERROR_ROWS, m.error_5, 0)
-    _sum_stages(m, ERROR_ROWS + 1, m.error_3, 0)
-    squares_5 = 0.0 * step
-    squares_3 = 0.0 * step
-    for i in range(m.n):
-        inverse = 1.0 / _allowed_error(m, i, m.state[i], m.next_state[i])
-        squares_5 += (m.error_5[i] * inverse) ** 2
-        squares_3 += (m.error_3[i] * inverse) ** 2
-    return select(squares_5 == 0.0, 0.0, step * squares_5 / root((squares_5 + 0.01 * squares_3) * m.n))
-
-
-def _compute_dense(m: LanesMemory, time: Lanes, step: Lanes) -> None:
-    """Compute the coefficients of the dense output of steps: section II.6."""
-    for stage in range(STAGES + 1, ALL_STAGES):
-        _compute_stage(m, stage, time, step)
-    for i in range(m.n):
-        gain = m.next_state[i] - m.state[i]
-        m.dense[i] = gain
-        m.dense[m.n + i] = step * m.k[i] - gain
-        m.dense[2 * m.n + i] = 2.0 * gain - step * (m.k[STAGES * m.n + i] + m.k[i])
-    for row in range(DENSE_ROWS):
-        _sum_stages(m, DENSE_ROW + row, m.dense, (3 + row) * m.n)
-        for i in range(m.n):
-            m.dense[(3 + row) * m.n + i] = step * m.dense[(3 + row) * m.n + i]
-
-
-def _compute_peak_quantities(m: LanesMemory, time: Lanes, step: Lanes, x: Lanes) -> None:
-    """Compute the quantities whose largest values are sought, from the states that they depend on, at parts x of the steps."""
-    y = 1.0 - x
-    for j in range(m.peak_state_count):
-        m.point[m.peak_states[j]] = _dense_value(m, m.peak_states[j], x, y)
-    m.moment[0] = time + x * step
-    evaluate_lanes(m.peak_quantities, m.moment, m.point, m.peak_constants, m.peak_value, 0)
 
 
 def _record_samples(m: LanesMemory, time: Lanes, step: Lanes, next_time: Lanes, success: Marks) -> None:
@@ -207,7 +69,7 @@ def _record_samples(m: LanesMemory, time: Lanes, step: Lanes, next_time: Lanes, 
             x = smaller((m.next_sample_time[0] - time) / step, 1.0)
             y = 1.0 - x
             for i in range(m.n):
-                m.point[i] = select(is_inside, _dense_value(m, i, x, y), m.next_state[i])
+                m.point[i] = select(is_inside, dense_value(m, i, x, y), m.next_state[i])
         else:
             for i in range(m.n):
                 m.point[i] = m.next_state[i]
@@ -239,33 +101,6 @@ def _flush_queue(m: LanesMemory) -> None:
         for j in range(m.value_count):
             m.samples[(m.queue_rows[slot] * m.value_count + j) * m.member_count + m.queue_members[slot]] = m.values[j][slot]
     m.counts[WAITING] = 0
-
-
-def _update_peaks(m: LanesMemory, time: Lanes, step: Lanes, may_peak: Marks) -> None:
-    """Compute quantities at the places within steps, and locate those that are larger than all before."""
-    for place in range(1, PLACES):
-        _compute_peak_quantities(m, time, step, place / PLACES * m.share[0])
-        for j in range(m.peak_count):
-            value = m.peak_value[j]
-            m.places[place * m.peak_count + j] = value
-            m.best[j] = select(may_peak & (value > m.best[j]), value, m.best[j])
-    for j in range(m.peak_count):
-        for place in range(1, PLACES):
-            _locate(m, j, place, time, step, may_peak)
-
-
-def _locate(m: LanesMemory, j: int, place: int, time: Lanes, step: Lanes, success: Marks) -> None:
-    """Compute a quantity at the vertex of the parabola through three places, if it may be larger there than all before."""
-    low = m.places[(place - 1) * m.peak_count + j]
-    value = m.places[place * m.peak_count + j]
-    high = m.places[(place + 1) * m.peak_count + j]
-    bend, slope = 2.0 * value - low - high, high - low
-    shift = 0.5 * slope / bend
-    gain = 0.125 * slope * slope / bend
-    may_peak = success & (bend > 0.0) & (abs(shift) <= 1.0) & (value + _VERTEX_FACTOR * gain > _PEAK_FACTOR * m.best[j])
-    if any_lane(may_peak):
-        _compute_peak_quantities(m, time, step, (place + shift) / PLACES * m.share[0])
-        m.best[j] = select(may_peak & (m.peak_value[j] > m.best[j]), m.peak_value[j], m.best[j])
 
 
 def _load_constants(m: LanesMemory, lane: int, member: int) -> None:
@@ -316,7 +151,7 @@ def _fill_lanes(m: LanesMemory, leg: LegMemory) -> None:
     is_new = m.is_new[0] != 0.0
     needs_size = is_new & (m.size[0] <= 0.0)
     if any_lane(needs_size):
-        m.size[0] = select(needs_size, _first_steps(m, m.grid[m.grid_count - 1] - m.clock[0]), m.size[0])
+        m.size[0] = select(needs_size, first_steps(m, m.grid[m.grid_count - 1] - m.clock[0]), m.size[0])
     if m.peak_count > 0:
         evaluate_lanes(m.peak_quantities, m.clock, m.state, m.peak_constants, m.peak_value, 0)
         for j in range(m.peak_count):
@@ -342,32 +177,6 @@ def _release_lanes(m: LanesMemory, ending: int, has_ended: Marks) -> None:
             m.counts[ACTIVE] -= 1
 
 
-def _rounding_errors(m: LanesMemory, time: Lanes, step: Lanes) -> Lanes:
-    """Return the errors that rounding of the states alone makes in steps: see ``_rounding_error`` of ``leg_stepper``."""
-    largest = 0.0 * step
-    m.moment[0] = time
-    digit = 1
-    while digit < 2 * m.n:
-        squares = 0.0 * step
-        for i in range(m.n):
-            m.point[i] = m.state[i] * (1.0 + (EPS if i % (2 * digit) < digit else -EPS))
-        evaluate_lanes(m.rates, m.moment, m.point, m.rate_constants, m.error_5, 0)
-        for i in range(m.n):
-            squares += ((m.error_5[i] - m.k[i]) / _allowed_error(m, i, m.state[i], m.next_state[i])) ** 2
-        largest = larger(largest, squares)
-        digit = 2 * digit
-    errors: Lanes = step * root(largest / m.n)
-    return errors
-
-
-def _without_rounding(m: LanesMemory, time: Lanes, step: Lanes, error: Lanes) -> Lanes:
-    """Return the errors of steps, those small that are no larger than rounding."""
-    is_often_shortened = (error > 1.0) & (m.is_shortened[0] >= _OFTEN)
-    if any_lane(is_often_shortened):
-        return select(is_often_shortened & (error <= _rounding_errors(m, time, step)), OF_ROUNDING, error)
-    return error
-
-
 def _mark_near_events(m: LanesMemory, success: Marks) -> Marks:
     """Mark the lanes in whose steps an event function may pass zero."""
     evaluate_lanes(m.event_functions, m.next_time, m.next_state, m.event_constants, m.event_values, 0)
@@ -386,7 +195,7 @@ def _follow_events(m: LanesMemory, leg: LegMemory, time: Lanes, step: Lanes, suc
     m.share[0], m.is_too_long[0] = 1.0, 0.0
     has_dense = any_lane(is_near)
     if has_dense:
-        _compute_dense(m, time, step)
+        compute_dense(m, time, step)
         m.mark[0] = select(is_near, 1.0, 0.0)
         for lane in range(m.width):
             if m.mark[0][lane] != 0.0:
@@ -421,23 +230,9 @@ def _release_sliding_lanes(m: LanesMemory) -> None:
         _release_lanes(m, STANDING_STILL, has_ended)
 
 
-def _compute_peaks(m: LanesMemory, next_time: Lanes, success: Marks) -> Marks:
-    """Compute the quantities with a largest value at the ends of steps; mark the steps within which one may be larger."""
-    may_peak: Marks = success & ~success
-    if m.peak_count > 0:
-        m.moment[0] = next_time
-        evaluate_lanes(m.peak_quantities, m.moment, m.next_state, m.peak_constants, m.peak_value, 0)
-        for j in range(m.peak_count):
-            high, low = larger(m.highest[j], m.peak_value[j]), smaller(m.lowest[j], m.peak_value[j])
-            may_peak = may_peak | (success & (high + _RANGE_MARGIN * (high - low) > _PEAK_FACTOR * m.best[j]))
-            m.places[PLACES * m.peak_count + j] = m.peak_value[j]
-            m.best[j] = select(success & (m.peak_value[j] > m.best[j]), m.peak_value[j], m.best[j])
-    return may_peak
-
-
 def _propose_sizes(m: LanesMemory, step: Lanes, error: Lanes, success: Marks) -> None:
     """Compute the sizes of the next steps: section II.4."""
-    proposal = _SAFETY / _root_8(error)
+    proposal = _SAFETY / root_8(error)
     growth = select(error == 0.0, _MAX_FACTOR, smaller(larger(proposal, _MIN_FACTOR), _MAX_FACTOR))
     growth = select(m.is_shortened[0] != 0.0, smaller(growth, 1.0), growth)
     reduction = select(error > 1.0, larger(proposal, _MIN_FACTOR), _MIN_FACTOR)
@@ -451,7 +246,7 @@ def _advance_once(m: LanesMemory, leg: LegMemory, end: float) -> None:
     time = m.clock[0]
     is_busy = m.is_busy[0] != 0.0
     if m.event_count > 0 and any_lane(is_busy & (m.size[0] <= 0.0)):
-        m.size[0] = select(is_busy & (m.size[0] <= 0.0), _first_steps(m, end - time), m.size[0])
+        m.size[0] = select(is_busy & (m.size[0] <= 0.0), first_steps(m, end - time), m.size[0])
     goal = smaller(m.next_sample_time[0], end)
     distance = goal - time
     parts = ceiling(distance / (_LARGEST_STRETCH * m.size[0]))
@@ -460,23 +255,23 @@ def _advance_once(m: LanesMemory, leg: LegMemory, end: float) -> None:
     next_time = select(is_divided & (parts <= 1.0), goal, time + step)
     is_last = next_time + 0.01 * step >= end
     step, next_time = select(is_last, end - time, step), select(is_last, end, next_time)
-    error = _attempt(m, time, step)
+    error = attempt(m, time, step)
     if m.event_count > 0:
-        error = _without_rounding(m, time, step, error)
+        error = without_rounding(m, time, step, error)
     m.moment[0] = next_time
     evaluate_lanes(m.rates, m.moment, m.next_state, m.rate_constants, m.k, STAGES * m.n)
-    success = is_busy & (error <= 1.0) & _finite_lanes(m.k, STAGES * m.n, m.n)
+    success = is_busy & (error <= 1.0) & finite_lanes(m.k, STAGES * m.n, m.n)
     has_dense = False
     if m.event_count > 0:
         m.trial_size[0], m.next_time[0] = step, next_time
         has_dense = _follow_events(m, leg, time, step, success)
         success, next_time = success & (m.is_too_long[0] == 0.0), m.next_time[0]
-    may_peak = _compute_peaks(m, next_time, success)
+    may_peak = compute_peaks(m, next_time, success)
     has_candidates = any_lane(may_peak)
     if not has_dense and (has_candidates or any_lane(success & (m.next_sample_time[0] < next_time))):
-        _compute_dense(m, time, step)
+        compute_dense(m, time, step)
     if has_candidates:
-        _update_peaks(m, time, step, may_peak)
+        update_peaks(m, time, step, may_peak)
     for j in range(m.peak_count):
         m.places[j] = select(success, m.places[PLACES * m.peak_count + j], m.places[j])
     _record_samples(m, time, step, next_time, success)
