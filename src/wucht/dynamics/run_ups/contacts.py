@@ -1,15 +1,18 @@
-"""The contacts of balls on a track in a run: how far they overlap, which their finite frequency allows."""
+"""The contacts of balls on a track in a run: how far these overlap, as a finite frequency allows, and what that changes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from wucht.dynamics.run_ups.run_up import Motion
+from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
+from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.work import Work
 from wucht.machines.tracks import gaps
 
 _DEEP = math.radians(1.0)  # on the track: with this overlap balls stand elsewhere than rigid ones
+_STIFFER = 2.0  # times the frequency: contacts that are four times as stiff
 
 
 @dataclass(frozen=True)
@@ -50,3 +53,57 @@ def track_contacts(motion: Motion) -> Mapping[str, TrackContacts]:
             frequency = machine.values[track.symbol("contact_frequency").name]
             contacts[track.name] = TrackContacts(track.name, frequency, overlap, track.bodies[0].centre_radius())
     return contacts
+
+
+@dataclass(frozen=True)
+class ContactCheck:
+    """A run, and the same run with contacts of another stiffness.
+
+    motion: the one that is reported. reference: the other one. is_stiffer: the contacts of the reported one are.
+    """
+
+    motion: Motion
+    reference: Motion
+    is_stiffer: bool
+
+    @property
+    def amplitude_change(self) -> float | None:
+        """The difference of the largest amplitudes of both runs, as a share of the reported one."""
+        largest = self.motion.observation.largest
+        return abs(self.reference.observation.largest - largest) / largest if largest else None
+
+    @property
+    def residual_change(self) -> float | None:
+        """The difference of the residual shares of the unbalance at the end; None where one of them is not known."""
+        residuals = self.motion.verdict.residual, self.reference.verdict.residual
+        return None if residuals[0] is None or residuals[1] is None else abs(residuals[1] - residuals[0])
+
+    def warning(self) -> str:
+        """Return a sentence where the outcome depends on the stiffness, else nothing."""
+        if not self.is_stiffer:
+            return ""
+        return (
+            f"the outcome depends on the stiffness of the contacts: with that of the machine it is "
+            f"{str(self.reference.verdict.outcome)!r}; this run has contacts four times as stiff, and the outcome "
+            f"{str(self.motion.verdict.outcome)!r}; a larger contact_frequency in [machine.tracks] shows that of rigid bodies"
+        )
+
+
+def check_contacts(motion: Motion, work: Work) -> ContactCheck | None:
+    """Run a machine up again with contacts four times as stiff, and report the stiffer run if its outcome differs.
+
+    Returns None for a run in which no bodies touched, or that has failed. Softer contacts are closer to none at all: where the
+    outcome differs it is not that of rigid bodies.
+    """
+    contacts = track_contacts(motion)
+    if not any(c.overlap for c in contacts.values()) or motion.trajectory.failure or motion.trajectory.is_interrupted:
+        return None
+    machine = motion.case.machine
+    names = [track.symbol("contact_frequency").name for track in machine.tracks]
+    stiffer = machine.with_unchecked_values({name: _STIFFER * machine.values[name] for name in names})
+    case = RunUpCase.from_state(stiffer, motion.model.initial, replace(motion.case.settings, model="full"))
+    *_, (reference,) = run_up(case, work)
+    outcome = reference.verdict.outcome
+    if outcome in (motion.verdict.outcome, Outcome.FAILED):
+        return ContactCheck(motion, reference, is_stiffer=False)
+    return ContactCheck(reference, motion, is_stiffer=True)

@@ -8,6 +8,7 @@ from typing import Any
 
 from wucht.dynamics.limit_sets.long_run import INTERVALS
 from wucht.dynamics.parameters import parameter_of, values_of
+from wucht.dynamics.run_ups.contacts import ContactCheck, check_contacts
 from wucht.dynamics.run_ups.horizon import numbers_per_sample
 from wucht.dynamics.run_ups.neighbours import Neighbour, neighbour_of
 from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
@@ -89,11 +90,12 @@ def _value_text(value: Any, unit: str = "") -> str:
 @dataclass(frozen=True)
 class Findings:
     """The motions of each run, of the full equations first. finished_count: of the finished runs. neighbours: of
-    these, where small differences grow."""
+    these, where small differences grow. contact_checks: of these, where bodies touch."""
 
     motions: tuple[tuple[Motion, ...], ...]
     finished_count: int
     neighbours: tuple[Neighbour | None, ...] = ()
+    contact_checks: tuple[ContactCheck | None, ...] = ()
 
 
 def run(plan: Plan | SystemRunPlan, work: Work) -> Iterator[Findings | SystemRunFindings]:
@@ -101,7 +103,7 @@ def run(plan: Plan | SystemRunPlan, work: Work) -> Iterator[Findings | SystemRun
     if isinstance(plan, SystemRunPlan):
         yield from compute_system_run(plan, work)
         return
-    done, neighbours = list[tuple[Motion, ...]](), list[Neighbour | None]()
+    done, neighbours, checks = list[tuple[Motion, ...]](), list[Neighbour | None](), list[ContactCheck | None]()
     count = len(plan.cases)
     for k, case in enumerate(plan.cases):
         part = work.part(f"run {k + 1}", k / count, (k + 1) / count) if plan.several else work
@@ -109,6 +111,10 @@ def run(plan: Plan | SystemRunPlan, work: Work) -> Iterator[Findings | SystemRun
         for motions in run_up(case.run, part):
             if not done:  # later runs are reported when they are complete: partial ones would count as finished
                 yield Findings((motions,), 0)
+        check = check_contacts(motions[0], part.part("contacts", 1.0, 1.0))
+        if check is not None and check.is_stiffer:
+            motions = (check.motion, *motions[1:])
         done.append(motions)
+        checks.append(check)
         neighbours.append(neighbour_of(motions[0], part.part("neighbour", 1.0, 1.0)))
-        yield Findings(tuple(done), len(done), tuple(neighbours))
+        yield Findings(tuple(done), len(done), tuple(neighbours), tuple(checks))

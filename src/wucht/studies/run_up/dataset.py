@@ -13,7 +13,7 @@ import numpy as np
 from wucht.analysis.dimensionless import dimensionless_numbers
 from wucht.analysis.throw import NUMBERS, Throw, largest_of
 from wucht.dynamics.run_ups.bearing_loads import BearingLife, bearing_warnings, lives_at_end, loads_at_end
-from wucht.dynamics.run_ups.contacts import track_contacts
+from wucht.dynamics.run_ups.contacts import ContactCheck, track_contacts
 from wucht.dynamics.run_ups.hanging_start import hanging_words, is_hanging_start
 from wucht.dynamics.run_ups.neighbours import Neighbour
 from wucht.dynamics.run_ups.run_up import Motion
@@ -80,21 +80,27 @@ def dataset(plan: Plan | SystemRunPlan, findings: Findings | SystemRunFindings) 
     assert isinstance(plan, Plan)
     hanging = [is_hanging_start(case.run.machine, case.start) for case in plan.cases]
     runs = [
-        _run_result(motions, neighbour, plan.spec.deck, hangs)
-        for hangs, (motions, neighbour) in zip(hanging, zip_longest(findings.motions, findings.neighbours), strict=False)
+        _run_result(motions, neighbour, check, plan.spec.deck, hangs)
+        for hangs, (motions, neighbour, check) in zip(
+            hanging, zip_longest(findings.motions, findings.neighbours, findings.contact_checks), strict=False
+        )
     ]
     return gather_runs(plan, runs, findings.finished_count) if plan.several else runs[0].to_dataset()
 
 
-def _run_result(motions: Sequence[Motion], neighbour: Neighbour | None, deck: float | None, hangs: bool) -> StudyResult:
-    """Return the result of one run, of all its models. neighbour: of the first one. hangs: it starts at rest, hanging."""
-    result = join_models(motions, [_motion_result(m, deck, hangs) for m in motions])
+def _run_result(
+    motions: Sequence[Motion], neighbour: Neighbour | None, check: ContactCheck | None, deck: float | None, hangs: bool
+) -> StudyResult:
+    """Return the result of one run, of all its models. neighbour, check: of the first. hangs: it starts at rest, hanging."""
+    first, *averaged = motions
+    results = [_motion_result(first, deck, hangs, check), *(_motion_result(m, deck, hangs) for m in averaged)]
+    result = join_models(motions, results)
     if neighbour is None:
         return result
     return with_neighbour(result, _motion_result(neighbour.motion, deck, hangs), neighbour.growth)
 
 
-def _motion_result(motion: Motion, deck: float | None, hangs: bool) -> StudyResult:
+def _motion_result(motion: Motion, deck: float | None, hangs: bool, check: ContactCheck | None = None) -> StudyResult:
     """Return the result for the motion of one model. hangs: the machine starts at rest, hanging."""
     machine, trajectory, verdict = motion.case.machine, motion.trajectory, motion.verdict
     quantities = motion_quantities(machine, motion.rows, motion.machine_motion, motion.observation.largest)
@@ -112,7 +118,7 @@ def _motion_result(motion: Motion, deck: float | None, hangs: bool) -> StudyResu
         loads = loads_at_end(machine, motion.machine_motion, verdict.window)
         summary += _vibration_at_the_end(motion, result, noise, deck)
         summary += load_quantities({name: load.beyond(noise) for name, load in loads.items()}) + life_quantities(lives)
-        summary += _contact_quantities(motion)
+        summary += _contact_quantities(motion) + ([] if check is None else _check_quantities(check))
     quantities = [replace(q, in_summary=q.name in _KEYS, headline=q.name == "peak_amplitude") for q in quantities]
     flow = {
         "engine": motion.compiled_system.engine_name,
@@ -121,6 +127,7 @@ def _motion_result(motion: Motion, deck: float | None, hangs: bool) -> StudyResu
     }
     end = {"outcome": str(verdict.outcome), "end_time": trajectory.end_time, "end_state": trajectory.end_state}
     warnings = _warnings(motion, residual) + bearing_warnings(lives)
+    warnings += [check.warning()] if check is not None and check.is_stiffer else []
     return StudyResult([*summary, *quantities], verdict.sentence, warnings, (), trajectory.failure, flow | end)
 
 
@@ -264,6 +271,18 @@ def _contact_quantities(motion: Motion) -> list[Quantity]:
         Quantity("overlaps", overlaps, "largest overlaps of bodies in the run, as angles, by track", "rad"),
         Quantity("overlap_lengths", lengths, "largest overlaps of bodies in the run, by track", motion.case.machine.orbit_unit),
     ] if contacts else []  # fmt: skip
+
+
+def _check_quantities(check: ContactCheck) -> list[Quantity]:
+    """Return what contacts of another stiffness change."""
+    stiffness = "four times as soft" if check.is_stiffer else "four times as stiff"
+    outcome, where = str(check.reference.verdict.outcome), f"with contacts {stiffness}"
+    return [
+        Quantity("contact_check", stiffness, "contacts of the run for comparison"),
+        Quantity("contact_check_outcome", outcome, f"outcome {where}"),
+        Quantity("contact_check_amplitude", check.amplitude_change, f"change of the largest amplitude {where}"),
+        Quantity("contact_check_residual", check.residual_change, f"change of the residual unbalance {where}"),
+    ]
 
 
 def _mismatch(result: xr.Dataset) -> float | None:

@@ -143,6 +143,12 @@ def _contacts(lines: ReportLines, s: dict[str, Any], mark: Callable[..., str]) -
             length = lines.format_value(s["overlap_lengths"][track], "m")
             overlap = f"; bodies overlap by {length} at most, {math.degrees(angle):.2g}\u00b0" if angle else "; none has closed"
         lines.add("contacts", f"of {frequency:.4g} rad/s{overlap}{mark('overlaps', 'overlap_lengths')}")
+    if (stiffness := s.get("contact_check")) is not None:
+        amplitude, residual = s["contact_check_amplitude"], s["contact_check_residual"]
+        parts = [] if amplitude is None else [f"the largest amplitude changes by {100 * amplitude:.2g} %"]
+        parts += [] if residual is None else [f"the remaining unbalance by {100 * residual:.2g} % of the rotor's"]
+        parts += [] if s["contact_check_outcome"] == s["outcome"] else [f"the outcome is {s['contact_check_outcome']}"]
+        lines.add("", f"{stiffness}, {', '.join(parts) or 'nothing is known of changes'}")
 
 
 def _angles(phases: dict[str, float]) -> str:
