@@ -1,8 +1,8 @@
 """``python -m benchmarks errors [NUMBER...] [--slow] [-- PYTEST...]``: which test notices each error of this folder first.
 
 Each error is put into a worktree of its own, of HEAD or another commit, and the tests are run there as ``make test`` runs them,
-until one fails: those that bear the changed file's name first, then those of its folder. A test that fails without the error,
-too, or not by itself, does not count.
+until one fails: those that bear the changed file's name first, then those of its folder and of its importers' folders. A test
+that fails without the error, too, or not by itself, does not count.
 ``table.csv`` has a row for each error and kind of tests; a row is kept as long as its error and what is tested are the same.
 ``--slow`` runs the slow tests for errors that the others do not notice. With arguments for pytest (files, ``-k``), in the place
 of all tests, the row is one of its own.
@@ -94,8 +94,8 @@ class Tests:
         if self.chosen:
             return [] if are_near else [[*self.chosen, *([] if "-m" in self.chosen else kind)]]
         stages, before = list[list[str]](), list[str]()
-        for paths in (_tests_called_like(error.file, tree), _tests_of_folder(error.file, tree)):
-            if paths:
+        for find in (_tests_called_like, _tests_of_folder, _tests_of_importers):
+            if paths := [path for path in find(error.file, tree) if f"--ignore={path}" not in before]:
                 stages.append(["-x", *kind, *paths, *before])
                 before += [f"--ignore={path}" for path in paths]
         # An error that far tests notice is noticed by several; all are run where the first failures are by chance.
@@ -126,6 +126,15 @@ def _tests_of_folder(file: str, tree: Path) -> list[str]:
     while folder.name and not (tree / "tests" / folder).is_dir():
         folder = folder.parent
     return [str(Path("tests") / folder)] if folder.name else []
+
+
+def _tests_of_importers(file: str, tree: Path) -> list[str]:
+    """Return the folders of tests that mirror those of the modules which import a file's."""
+    module, folders = ".".join(Path(file).with_suffix("").parts[1:]), set[str]()
+    for path in (tree / "src").rglob("*.py"):
+        if f"from {module} import" in path.read_text(encoding="utf-8"):
+            folders.update(_tests_of_folder(str(path.relative_to(tree)), tree))
+    return sorted(folders)
 
 
 def _git(*words: str) -> str:

@@ -318,6 +318,7 @@ def test_partial_runs_are_reported_of_the_first_case_alone(monkeypatch: pytest.M
     """Of later ones they would count as finished."""
     monkeypatch.setattr(computation, "run_up", lambda case, part: iter([(f"{case} half",), (f"{case} whole",)]))
     monkeypatch.setattr(computation, "neighbour_of", lambda motion, part: None)
+    monkeypatch.setattr(computation, "check_contacts", lambda motion, part: None)
     plan: Any = SimpleNamespace(cases=[SimpleNamespace(run=name) for name in "ab"], several=True)
     found = [(f.motions, f.finished_count) for f in computation.run(plan, Work())]
     a, b = ("a whole",), ("b whole",)
