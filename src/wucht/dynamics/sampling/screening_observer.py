@@ -148,9 +148,8 @@ class ScreeningObserver:
         if index:
             self._assign_to_attractors((outcome, settling_time, peak_distance_squared), samples, envelopes, times[-1], free)
         if is_final:
-            hopeless = (
-                (outcome == UNDECIDED_OUTCOME) & ~is_changing & self._is_hopeless(screening, last_half, envelopes, variants)
-            )
+            hopeless = (outcome == UNDECIDED_OUTCOME) & self._is_hopeless(screening, last_half, envelopes, variants)
+            hopeless &= self._last_changes[variants.machine_index] == 0
             outcome = np.where(hopeless, _UNIDENTIFIED_INDEX, outcome)
         needs_classification = (outcome == UNDECIDED_OUTCOME) & (
             last | (not self.final and self._has_stalled(screening, index) & ~is_changing)
