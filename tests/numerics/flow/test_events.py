@@ -273,3 +273,17 @@ def test_a_failure_goes_to_another_process_whole():
         [[1.0] * 3] * 2,
         1e-3,
     )
+
+
+def test_a_first_step_does_not_pass_whole_turns_with_their_events():
+    """From any angle, large ones too, at any constant speed: each turn has its event."""
+    angle, speed = sp.symbols("angle speed", real=True)
+    rng, rising = np.random.default_rng(1), Event("rising", sp.sin(angle - sp.Rational(1, 3)), +1)
+    for k in range(60):
+        start, turns = 2 * np.pi * int(rng.integers(0, 100_000)), rng.uniform(1, 400) if k % 2 else int(rng.integers(1, 400))
+        end = 2 * np.pi * turns
+        for angles in (frozenset(), frozenset((angle,))):
+            flow = compile_system(System((angle,), (speed,), (speed,), angles=angles), 1e-9, (rising,))
+            run = integrate(flow, [start], [end], np.array([0.0, 1.0]))
+            first, last = (np.floor((at - 1 / 3) / (2 * np.pi)) for at in (start, start + end))
+            assert len(run.hits) == last - first

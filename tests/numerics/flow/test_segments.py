@@ -527,3 +527,17 @@ def test_an_argument_that_ceases_to_be_finite_ends_the_run_there():
     trajectory = integrate(compile_system(system), [0.0], {}, np.linspace(0.0, 3.0, 301))
     assert "ceases to be finite" in str(trajectory.failure)
     assert trajectory.time[-1] == pytest.approx(2.0, abs=0.011)
+
+
+@each_alone_and_on_lanes
+@pytest.mark.parametrize("turns", [187, 202.09, 234.4015, 373, 378])
+def test_a_first_step_does_not_pass_whole_turns(engine, turns):
+    """An angle of constant speed from 10^5 turns on, and a load that acts for half of each turn: steps follow no wave."""
+    angle, speed = sp.symbols("angle speed", real=True)
+    load = PiecewiseCubic(sp.sin(angle - sp.Rational(1, 3)), step("load", 0.0, 0.0, 1.0))
+    for angles in (frozenset(), frozenset((angle,))):
+        system = System((angle, x), (speed, load), (speed,), angles=angles)
+        trajectory = run(system, [2e5 * math.pi, 0.0], 1.0, parameters=[2 * math.pi * turns], tolerance=1e-9, engine=engine)
+        part = turns - 1 / (6 * math.pi)  # of the load's turns that are done; it acts in the first half of each
+        half = (math.floor(part) + min(2 * (part % 1), 1)) / 2 / turns
+        assert trajectory.states[1, -1] == pytest.approx(half, abs=1e-8)

@@ -53,7 +53,7 @@ _OF_EVENTS = (
 )  # fmt: skip
 _OF_A_LANE = (
     "clock", "size", "is_busy", "is_new", "is_shortened", "mark", "steps", "next_sample_time", "moment", "last_sample_time",
-    "queue_time", "share", "trial_size", "next_time", "is_too_long", "longest", "shortenings", "last_change",
+    "queue_time", "share", "trial_size", "next_time", "is_too_long", "is_first", "longest", "shortenings", "last_change",
 )  # fmt: skip
 _INTEGERS_OF_A_LANE = ("members", "rows", "queue_members", "queue_rows", "stops", "standstills")
 

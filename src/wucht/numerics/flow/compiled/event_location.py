@@ -23,9 +23,10 @@ from wucht.numerics.flow.compiled.leg_memory import (
 
 _VERTICES = 3  # parabolas, until an event function that nears zero within a part is taken to have stayed on its side
 _CURVATURE = 0.1  # third and fourth differences, of the size of an event function, that limit steps
-# Factors of the step length that event functions allow, and times in a row that they shorten a step.
-SHORTER, LONGER, MOST_SHORTENINGS = 0.5, 1.2, 12
+# Factors of the step length that event functions allow, and times in a row that they shorten a step, and a first one.
+SHORTER, LONGER, MOST_SHORTENINGS, MOST_OF_FIRST = 0.5, 1.2, 12, 40
 SHORTEST = 1e-9  # step that they limit, of the time: rounding shows in the functions of shorter ones
+_PLACES, _GOLDEN = 4, 0.6180339887498949  # within a step, multiples of this less whole ones: near no multiple of its parts
 _NOTICEABLE = 1e-9  # size of event functions below which they may be rounding, and do not limit steps
 
 
@@ -137,6 +138,36 @@ def are_followed(leg: LegMemory) -> bool:
         if max(third, abs(a + e - 4.0 * (b + d) + 6.0 * c)) > _CURVATURE * size:
             return False
     return True
+
+
+def are_interpolated(leg: LegMemory, time: float, step: float) -> bool:
+    """Return whether the event functions between the parts of a step are those that the parts' ends show.
+
+    A first step follows the rates at one instant: of a wave it may span so many that its parts are whole ones.
+    """
+    x = 0.0
+    for _ in range(_PLACES):
+        x = x + _GOLDEN if x + _GOLDEN < 1.0 else x + _GOLDEN - 1.0
+        dense_point(x, leg.state, leg.dense, leg.width, leg.point)
+        evaluate(leg.functions, time + x * step, leg.point, leg.event_constants, leg.values, SCRATCH * leg.m)
+        for i in range(leg.m):
+            if not _is_interpolated(leg, i, PARTS * x):
+                return False
+    return True
+
+
+def _is_interpolated(leg: LegMemory, index: int, s: float) -> bool:
+    """Return whether a value is near the polynomial through those at the parts' ends. s: its place, in parts."""
+    a, b, c = leg.values[index], leg.values[leg.m + index], leg.values[2 * leg.m + index]
+    d, e, value = leg.values[3 * leg.m + index], leg.values[4 * leg.m + index], leg.values[SCRATCH * leg.m + index]
+    size = max(abs(a), abs(b), abs(c), abs(d), abs(e), abs(value), _NOTICEABLE)
+    polynomial = (
+        d - a + 3.0 * (b - c) + (s - 3.0) / 4.0 * (a + e - 4.0 * (b + d) + 6.0 * c)
+    )  # Newton's form, from its last terms
+    polynomial = c - 2.0 * b + a + (s - 2.0) / 3.0 * polynomial
+    polynomial = a + s * (b - a + (s - 1.0) / 2.0 * polynomial)
+    is_near: bool = abs(polynomial - value) <= _CURVATURE * size
+    return is_near
 
 
 def _record_hit(leg: LegMemory, index: int, time: float, x: float, step: float) -> None:

@@ -98,6 +98,7 @@ class LanesMemory(NamedTuple):
     trial_size: LaneArray  # step size
     next_time: LaneArray  # at the end of the step, or at the event
     is_too_long: LaneArray  # 0 or 1: the step, for an event function
+    is_first: LaneArray  # 0 or 1: the size of the step is a first one
     longest: LaneArray  # step that event functions allow
     shortenings: LaneArray  # in a row
     last_change: LaneArray  # time

@@ -8,9 +8,11 @@ part of Python that ``kernel_translation`` translates.
 from __future__ import annotations
 
 from wucht.numerics.flow.compiled.event_location import (
+    MOST_OF_FIRST,
     MOST_SHORTENINGS,
     SHORTEST,
     are_followed,
+    are_interpolated,
     begin_events,
     evaluate_events,
     locate_events,
@@ -77,7 +79,7 @@ def begin_lane(m: LanesMemory, leg: LegMemory, lane: int) -> None:
     begin_events(leg, time)
     _copy_segments_to_lane(m, leg, lane)
     m.longest[0][lane] = m.grid[m.grid_count - 1] - time
-    m.shortenings[0][lane], m.last_change[0][lane] = 0.0, time
+    m.shortenings[0][lane], m.last_change[0][lane], m.is_first[0][lane] = 0.0, time, 1.0
     m.stops[lane], m.standstills[lane] = NO_EVENT, 0
 
 
@@ -90,8 +92,10 @@ def follow_lane(m: LanesMemory, leg: LegMemory, lane: int) -> None:
         for row in range(ROWS):
             leg.dense[row * leg.width + i] = m.dense[row * m.n + i][lane]
     evaluate_events(leg, time, step, m.next_time[0][lane])
-    may_shorten = m.shortenings[0][lane] < MOST_SHORTENINGS and step > SHORTEST * max(1.0, abs(time))
-    if may_shorten and not are_followed(leg):
+    is_first = m.is_first[0][lane] != 0.0
+    most = MOST_OF_FIRST if is_first else MOST_SHORTENINGS
+    may_shorten = m.shortenings[0][lane] < most and step > SHORTEST * max(1.0, abs(time))
+    if may_shorten and (not are_followed(leg) or (is_first and not are_interpolated(leg, time, step))):
         m.is_too_long[0][lane] = 1.0
         return
     stop = locate_events(leg, time, step)
@@ -120,3 +124,4 @@ def change_lane(m: LanesMemory, leg: LegMemory, lane: int) -> None:
     # A size of 0: the next step begins as the first one does; else one far beyond the segment would be rounded.
     is_still = duration < STILL * max(1.0, abs(time))
     m.size[0][lane] = 0.0 if is_still else min(m.size[0][lane], FIRST_OF_SEGMENT * duration)
+    m.is_first[0][lane] = 1.0 if is_still else 0.0

@@ -178,9 +178,9 @@ def _release_lanes(m: LanesMemory, ending: int, has_ended: Marks) -> None:
 
 
 def _mark_near_events(m: LanesMemory, success: Marks) -> Marks:
-    """Mark the lanes in whose steps an event function may pass zero."""
+    """Mark the lanes in whose steps an event function may pass zero: first steps, and those in which one comes near it."""
     evaluate_lanes(m.event_functions, m.next_time, m.next_state, m.event_constants, m.event_values, 0)
-    is_near: Marks = success & ~success
+    is_near: Marks = success & (m.is_first[0] != 0.0)
     for j in range(m.event_count):
         high = larger(m.highest_event_values[j], m.event_values[j])
         low = smaller(m.lowest_event_values[j], m.event_values[j])
@@ -211,6 +211,7 @@ def _change_segments(m: LanesMemory, leg: LegMemory, step: Lanes, success: Marks
     is_too_long = m.is_too_long[0] != 0.0
     m.longest[0] = select(success, LONGER * m.longest[0], select(is_too_long, step, m.longest[0]))
     m.size[0] = smaller(select(is_too_long, SHORTER * step, m.size[0]), m.longest[0])
+    m.is_first[0] = select(success, 0.0, m.is_first[0])
     m.shortenings[0] = select(success, 0.0, m.shortenings[0] + m.is_too_long[0])
     has_changed = False
     for lane in range(m.width):

@@ -14,10 +14,12 @@ import math
 from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, DENSE_ROW, DENSE_ROWS, ERROR_ROWS, OF_ROUNDING, STAGES
 from wucht.numerics.flow.compiled.event_location import (
     LONGER,
+    MOST_OF_FIRST,
     MOST_SHORTENINGS,
     SHORTER,
     SHORTEST,
     are_followed,
+    are_interpolated,
     begin_events,
     evaluate_events,
     locate_events,
@@ -210,17 +212,17 @@ def _compute_start(leg: LegMemory, time: float) -> int:
     return END if _is_finite(leg.k, 0, leg.n) else NOT_FINITE
 
 
-def _accept(leg: LegMemory, time: float, step: float, next_time: float, may_shorten: bool) -> int:
+def _accept(leg: LegMemory, time: float, step: float, next_time: float, may_shorten: bool, is_first: bool) -> int:
     """Record the events and samples of a step and go to its end, or to the event that interrupts; return whether one does.
 
-    may_shorten: the step is given back where it is too long for an event function.
+    may_shorten: the step is given back where it is too long for an event function. is_first: it follows a first step size.
     """
     stop = NEVER
     if leg.m > 0 or leg.grid[leg.counts[SAMPLE_COUNT]] < next_time:
         _compute_dense(leg, time, step)
     if leg.m > 0:
         evaluate_events(leg, time, step, next_time)
-        if may_shorten and not are_followed(leg):
+        if may_shorten and (not are_followed(leg) or (is_first and not are_interpolated(leg, time, step))):
             return _NOT_FOLLOWED
         stop = locate_events(leg, time, step)
     last_time = time + stop * step if stop < NEVER else next_time
@@ -255,7 +257,7 @@ def _advance(leg: LegMemory) -> int:
     time, end, ending = leg.clock[0], leg.grid[leg.grid_count - 1], END
     least_of_leg = STILL_IN_LEG * (end - time)
     last_change, changes = time, 0
-    step, longest, shortenings, is_shortened = _first_step(leg, time, end - time), end - time, 0, False
+    step, longest, shortenings, is_shortened, is_first = _first_step(leg, time, end - time), end - time, 0, False, True
     while ending == END and time < end:
         if leg.counts[STEP_COUNT] >= leg.most_steps:
             return NO_STEPS_LEFT
@@ -271,21 +273,22 @@ def _advance(leg: LegMemory) -> int:
             if step <= 4.0 * EPS * abs(time) or step < TINY:
                 ending = NOT_FINITE
             continue
-        may_shorten = shortenings < MOST_SHORTENINGS and step > SHORTEST * max(1.0, abs(time))
-        ending = _accept(leg, time, step, next_time, may_shorten)
+        most = MOST_OF_FIRST if is_first else MOST_SHORTENINGS
+        may_shorten = shortenings < most and step > SHORTEST * max(1.0, abs(time))
+        ending = _accept(leg, time, step, next_time, may_shorten, is_first)
         if ending == _NOT_FOLLOWED:
             ending, longest, step = END, step, SHORTER * step
             shortenings += 1
             continue
         longest *= LONGER
         step = min(longest, step * _longer(error, is_shortened))
-        time, is_shortened, shortenings = leg.clock[0], False, 0
+        time, is_shortened, shortenings, is_first = leg.clock[0], False, 0, False
         if ending == EVENT and change_segments(leg, time):
             duration, last_change, longest = time - last_change, time, end - time
             ending = _compute_start(leg, time)
             changes = changes_at_standstill(leg, time, duration, least_of_leg, changes)
             if duration < STILL * max(1.0, abs(time)):
-                step = _first_step(leg, time, end - time)
+                step, is_first = _first_step(leg, time, end - time), True
             else:  # a step far beyond the segment would be rounded as its polynomials are out there
                 step = min(step, FIRST_OF_SEGMENT * duration)
             if changes > MOST_CHANGES:
