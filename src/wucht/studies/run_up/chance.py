@@ -41,9 +41,10 @@ def with_neighbour(run_result: StudyResult, neighbour: StudyResult, growth: floa
     if not differing:
         return run_result
     names, more = ", ".join(q.long_name for q in differing[:_MOST_NAMES]), len(differing) - _MOST_NAMES
+    count = "1 number is" if len(differing) == 1 else f"{len(differing)} numbers are"
     warning = (
-        f"the run amplifies differences 1e{math.floor(math.log10(growth))} times, and {len(differing)} numbers are one draw of "
-        f"many ({names}{f' and {more} more' if more > 0 else ''}): a start {_START} away gives those in {ONE_OF_MANY}, several "
+        f"the run amplifies differences 1e{math.floor(math.log10(growth))} times, and {count} one draw of many ({names}"
+        f"{f' and {more} more' if more > 0 else ''}): a start {_START} away gives those in {ONE_OF_MANY}, several "
         "starts show their spread; all other numbers hold"
     )
     if "outcome" in {q.name for q in differing}:
