@@ -1,5 +1,7 @@
 """Kinds of bodies, carriers and drives written elsewhere run in every study: none decides by the classes of the package."""
 
+import subprocess
+import sys
 from collections.abc import Iterator
 from typing import Any, ClassVar, Literal
 
@@ -181,3 +183,32 @@ def test_own_carriers_and_models_are_found() -> None:
 def test_an_own_carrier_takes_bodies_in_its_middle_alone() -> None:
     with refused("machine.bodies[0] (disc).position", "xyr", "own-beam", given=[0.1, 0.0]):
         of({**ROTOR, "position": [0.1, 0.0]}, BEAM, MOTOR)
+
+
+TOYS = """
+from typing import ClassVar
+from wucht.extending import Drive, Load
+
+def toy(base, **methods):
+    names = {"kind": "own-toy", "__annotations__": {"kind": ClassVar[str]}, "__module__": __name__}
+    try:
+        return type("Toy", (base,), names | methods).kind
+    except TypeError as error:
+        return str(error)
+
+class Middle(Drive):
+    "Without a kind: not yet a part."
+
+print(toy(Drive), toy(Load), sep="\\n")
+print(toy(Middle, torque=lambda self, speed: speed), toy(Middle, prescribed_speed=lambda self: 1))
+print(toy(Load, torque=Drive.torque))
+"""
+
+
+def test_a_part_of_a_shaft_without_a_torque_is_refused() -> None:
+    """It would be zero without a word. In a process of its own: kinds are known from then on."""
+    lines = subprocess.run([sys.executable, "-c", TOYS], check=True, capture_output=True, text=True).stdout.splitlines()
+    assert lines[:2] == [
+        f"Toy, a {group} of the kind 'own-toy', must have a method torque(self, speed)" for group in ("drive", "load")
+    ]
+    assert lines[2] == "own-toy own-toy" and lines[3] == lines[1], "the torque of the base class is none"

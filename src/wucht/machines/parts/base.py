@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from typing import ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import sympy as sp
 from pydantic import Field, model_validator
@@ -157,8 +157,20 @@ class ShaftPart(Part):
         """``drive`` for the only drive, ``drives.BODY`` where a machine has several; loads likewise."""
         return f"{self.group}s.{self.label}" if self.label else self.group
 
+    @classmethod
+    def __pydantic_init_subclass__(cls, **options: Any) -> None:
+        """Refuse a kind that states neither a torque nor a speed. Raises ``TypeError``."""
+        super().__pydantic_init_subclass__(**options)
+        base = next(c for c in reversed(cls.__mro__) if issubclass(c, ShaftPart) and c.group)
+        methods = ("torque", "prescribed_speed", "energies")
+        if getattr(cls, "kind", "") and all(getattr(cls, name, None) is getattr(base, name, None) for name in methods):
+            raise TypeError(f"{cls.__name__}, a {cls.group} of the kind {cls.kind!r}, must have a method torque(self, speed)")
+
     def torque(self, speed: sp.Expr) -> sp.Expr:
-        """Return the torque at a speed: of a drive in the direction of positive speeds, of a load against it; default zero."""
+        """Return the torque at a speed: of a drive in the direction of positive speeds, of a load against it.
+
+        Zero of a drive that enforces a speed.
+        """
         return sp.S.Zero
 
     def body_torque(self, speed: sp.Expr) -> sp.Expr:
