@@ -172,7 +172,7 @@ class BatchIntegrator:
         counts = [len(program.constants) for program in batch.programs] + [0] * (len(_CONSTANTS) - len(batch.programs))
         rows = {
             "k": ALL_STAGES * n, "dense": (DENSE_ROWS + 3) * n, "values": batch.value_count, "queue_constants": counts[1],
-            "places": (lane_peaks.PLACES + 1) * p,
+            "places": (lane_peaks.PLACES + 1) * p, "event_parts": (leg_memory.PARTS - 1) * 2 * batch.segment_count,
         }  # fmt: skip
         rows |= dict(zip(_CONSTANTS, counts, strict=True)) | dict.fromkeys(_OF_STATES, n) | dict.fromkeys(_OF_PEAKS, p)
         rows |= dict.fromkeys(_OF_EVENTS, 2 * batch.segment_count) | dict.fromkeys(_OF_A_LANE, 1)

@@ -22,12 +22,12 @@ from wucht.numerics.flow.compiled.leg_memory import (
 )
 
 _VERTICES = 3  # parabolas, until an event function that nears zero within a part is taken to have stayed on its side
-_CURVATURE = 0.1  # third and fourth differences, of the size of an event function, that limit steps
+CURVATURE = 0.1  # third and fourth differences, of the size of an event function, that limit steps
 # Factors of the step length that event functions allow, and times in a row that they shorten a step, and a first one.
 SHORTER, LONGER, MOST_SHORTENINGS, MOST_OF_FIRST = 0.5, 1.2, 12, 40
 SHORTEST = 1e-9  # step that they limit, of the time: rounding shows in the functions of shorter ones
 _PLACES, _GOLDEN = 4, 0.6180339887498949  # within a step, multiples of this less whole ones: near no multiple of its parts
-_NOTICEABLE = 1e-9  # size of event functions below which they may be rounding, and do not limit steps
+NOTICEABLE = 1e-9  # size of event functions below which they may be rounding, and do not limit steps
 
 
 def _event_value(leg: LegMemory, index: int, value: float, time: float) -> float:
@@ -74,6 +74,15 @@ def _root(
                 high_value *= 0.5
             side = -1
     return high
+
+
+def _may_pass_zero(low_value: float, high_value: float, third_value: float, part: int) -> bool:
+    """Return whether a function passes zero in a part of a step, or a parabola has its vertex there and is bent away from zero.
+
+    third_value: at the end of the part before, for the first part of that after.
+    """
+    bend = third_value - 2.0 * low_value + high_value if part > 0 else low_value - 2.0 * high_value + third_value
+    return low_value * high_value <= 0.0 or (bend * low_value > 0.0 and 2.0 * abs(high_value - low_value) < abs(bend))
 
 
 def _interior_crossing(leg: LegMemory, index: int, time: float, step: float, part: int) -> float:
@@ -133,9 +142,9 @@ def are_followed(leg: LegMemory) -> bool:
     for i in range(leg.m):
         a, b, c = leg.values[i], leg.values[leg.m + i], leg.values[2 * leg.m + i]
         d, e = leg.values[3 * leg.m + i], leg.values[4 * leg.m + i]
-        size = max(abs(a), abs(b), abs(c), abs(d), abs(e), _NOTICEABLE)
+        size = max(abs(a), abs(b), abs(c), abs(d), abs(e), NOTICEABLE)
         third = max(abs(d - a + 3.0 * (b - c)), abs(e - b + 3.0 * (c - d)))
-        if max(third, abs(a + e - 4.0 * (b + d) + 6.0 * c)) > _CURVATURE * size:
+        if max(third, abs(a + e - 4.0 * (b + d) + 6.0 * c)) > CURVATURE * size:
             return False
     return True
 
@@ -160,13 +169,13 @@ def _is_interpolated(leg: LegMemory, index: int, s: float) -> bool:
     """Return whether a value is near the polynomial through those at the parts' ends. s: its place, in parts."""
     a, b, c = leg.values[index], leg.values[leg.m + index], leg.values[2 * leg.m + index]
     d, e, value = leg.values[3 * leg.m + index], leg.values[4 * leg.m + index], leg.values[SCRATCH * leg.m + index]
-    size = max(abs(a), abs(b), abs(c), abs(d), abs(e), abs(value), _NOTICEABLE)
+    size = max(abs(a), abs(b), abs(c), abs(d), abs(e), abs(value), NOTICEABLE)
     polynomial = (
         d - a + 3.0 * (b - c) + (s - 3.0) / 4.0 * (a + e - 4.0 * (b + d) + 6.0 * c)
     )  # Newton's form, from its last terms
     polynomial = c - 2.0 * b + a + (s - 2.0) / 3.0 * polynomial
     polynomial = a + s * (b - a + (s - 1.0) / 2.0 * polynomial)
-    is_near: bool = abs(polynomial - value) <= _CURVATURE * size
+    is_near: bool = abs(polynomial - value) <= CURVATURE * size
     return is_near
 
 
@@ -221,6 +230,19 @@ def _least_between(leg: LegMemory, index: int, time: float, step: float, stop: f
     return least
 
 
+def _locate_in_part(leg: LegMemory, index: int, time: float, step: float, part: int, stop: float) -> float:
+    """Record the events of a function in a part of a step; return where the step stops. stop: so far."""
+    low, low_value = part / PARTS, leg.values[part * leg.m + index]
+    high, high_value = (part + 1) / PARTS, leg.values[(part + 1) * leg.m + index]
+    if low_value * high_value > 0.0:
+        middle = _interior_crossing(leg, index, time, step, part)
+        if middle < high:
+            stop = _record_crossing(leg, index, time, step, low, low_value, middle, -high_value, stop)
+            stop = _record_crossing(leg, index, time, step, middle, -low_value, high, high_value, stop)
+        return stop
+    return _record_crossing(leg, index, time, step, low, low_value, high, high_value, stop)
+
+
 def locate_events(leg: LegMemory, time: float, step: float) -> float:
     """Record the events of a step; return the part of it at which one interrupts, or never.
 
@@ -230,17 +252,10 @@ def locate_events(leg: LegMemory, time: float, step: float) -> float:
     for part in range(PARTS):
         for kind in range(1, -1, -1):  # those that interrupt first
             for i in range(leg.m):
-                if leg.event_kinds[leg.m + i] != kind:
-                    continue
-                low, low_value = part / PARTS, leg.values[part * leg.m + i]
-                high, high_value = (part + 1) / PARTS, leg.values[(part + 1) * leg.m + i]
-                if low_value * high_value > 0.0:
-                    middle = _interior_crossing(leg, i, time, step, part)
-                    if middle < high:
-                        stop = _record_crossing(leg, i, time, step, low, low_value, middle, -high_value, stop)
-                        stop = _record_crossing(leg, i, time, step, middle, -low_value, high, high_value, stop)
-                else:
-                    stop = _record_crossing(leg, i, time, step, low, low_value, high, high_value, stop)
+                low_value, high_value = leg.values[part * leg.m + i], leg.values[(part + 1) * leg.m + i]
+                third_value = leg.values[(part - 1 if part > 0 else 2) * leg.m + i]
+                if leg.event_kinds[leg.m + i] == kind and _may_pass_zero(low_value, high_value, third_value, part):
+                    stop = _locate_in_part(leg, i, time, step, part, stop)
         if stop < NEVER:
             break
     for i in range(leg.m):

@@ -106,6 +106,7 @@ class LanesMemory(NamedTuple):
     first_event_values: LaneArray  # at its beginning
     highest_event_values: LaneArray  # at some stages
     lowest_event_values: LaneArray
+    event_parts: LaneArray  # (3 event_count,): at the ends of the parts within it
     cool_ends: LaneArray  # see ``LegMemory``
     cool_signs: LaneArray
     event_constants: LaneArray

@@ -15,6 +15,7 @@ import numpy as np
 
 from wucht.numerics.flow.compiled.dormand_prince import STAGES
 from wucht.numerics.flow.compiled.event_location import LONGER, SHORTER
+from wucht.numerics.flow.compiled.lane_events import mark_lanes_with_events, mark_near_lanes
 from wucht.numerics.flow.compiled.lane_memory import (
     Lanes,
     LanesMemory,
@@ -50,7 +51,6 @@ from wucht.numerics.flow.compiled.segment_changes import MOST_CHANGES
 
 # Shares of the step size: a time of the grid that is nearer is stepped over; a step is stretched by no more to end at one.
 _SHORTEST_STEP_SHARE, _LARGEST_STRETCH = 0.6, 1.05
-_EVENT_MARGIN = 1.0  # of the range of an event function at five places of a step: farther from zero it does not pass it within
 _SAFETY, _MIN_FACTOR, _MAX_FACTOR = 0.9, 0.2, 6.0  # of step sizes
 _NEVER = np.inf
 _REFILL_SHARE = 8  # lanes are given new members when one in so many is idle
@@ -177,26 +177,14 @@ def _release_lanes(m: LanesMemory, ending: int, has_ended: Marks) -> None:
             m.counts[ACTIVE] -= 1
 
 
-def _mark_near_events(m: LanesMemory, success: Marks) -> Marks:
-    """Mark the lanes in whose steps an event function may pass zero: first steps, and those in which one comes near it."""
-    evaluate_lanes(m.event_functions, m.next_time, m.next_state, m.event_constants, m.event_values, 0)
-    is_near: Marks = success & (m.is_first[0] != 0.0)
-    for j in range(m.event_count):
-        high = larger(m.highest_event_values[j], m.event_values[j])
-        low = smaller(m.lowest_event_values[j], m.event_values[j])
-        margin = _EVENT_MARGIN * (high - low)
-        is_near = is_near | (success & (high + margin >= 0.0) & (low - margin <= 0.0))
-    return is_near
-
-
 def _follow_events(m: LanesMemory, leg: LegMemory, time: Lanes, step: Lanes, success: Marks) -> bool:
     """Locate the events at which accepted steps end; return whether the dense output was computed."""
-    is_near = _mark_near_events(m, success)
+    is_near = mark_near_lanes(m, success)
     m.share[0], m.is_too_long[0] = 1.0, 0.0
     has_dense = any_lane(is_near)
     if has_dense:
         compute_dense(m, time, step)
-        m.mark[0] = select(is_near, 1.0, 0.0)
+        m.mark[0] = select(mark_lanes_with_events(m, time, step, is_near), 1.0, 0.0)
         for lane in range(m.width):
             if m.mark[0][lane] != 0.0:
                 follow_lane(m, leg, lane)

@@ -38,9 +38,15 @@ def _look(leg: LegMemory, time: float, direction: float) -> None:
         for i in range(leg.n):
             leg.point[i] = leg.state[i] + step * leg.errors[i]
         evaluate(leg.instant, time + step, leg.point, leg.instant_constants, leg.instants, _LATER * count)
+        resting = 0  # functions and arguments that have not changed
         for i in range(count):
             if leg.instants[_BEFORE * count + i] == leg.instants[i]:
                 leg.instants[_BEFORE * count + i] = leg.instants[_LATER * count + i]
+                is_size = leg.request_count <= i < 2 * leg.request_count
+                if leg.instants[_LATER * count + i] == leg.instants[i] and i < count - leg.gain_count and not is_size:
+                    resting += 1
+        if resting == 0:
+            break
 
 
 def _is_to_be_decided(leg: LegMemory, time: float) -> bool:
