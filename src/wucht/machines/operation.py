@@ -149,15 +149,23 @@ def common_free_speed(machine: Mechanism) -> float | None:
 
 def _equilibrium_from(machine: Mechanism, rotor: RotatingBody, origin: float) -> float | None:
     """Return the speed at which the net torque on a rotor first vanishes, from one at which it turns."""
-    drive, losses = shaft_torques(machine, rotor)
+    torque, symbols, places = _net_torque_of(*shaft_torques(machine, rotor), machine.structure.symbols)
+    values = tuple(machine.values.values())
+    return _equilibrium_of(torque, symbols, tuple(values[i] for i in places), origin)
+
+
+@lru_cache(maxsize=256)
+def _net_torque_of(
+    drive: sp.Expr, losses: sp.Expr, symbols: tuple[sp.Symbol, ...]
+) -> tuple[sp.Expr, tuple[sp.Symbol, ...], tuple[int, ...]]:
+    """Return the net torque, and those of some symbols that it has, with their places."""
     torque = drive - losses
-    numbers = ((s, v) for s, v in zip(machine.structure.symbols, machine.values.values(), strict=True) if torque.has(s))
-    return _equilibrium_of(torque, tuple(numbers), origin)
+    places = tuple(i for i, s in enumerate(symbols) if torque.has(s))
+    return torque, tuple(symbols[i] for i in places), places
 
 
 @lru_cache(maxsize=1024)  # of a verdict on many bodies it is needed for each of them
-def _equilibrium_of(torque: sp.Expr, numbers: tuple[tuple[sp.Symbol, float], ...], origin: float) -> float | None:
-    symbols, values = tuple(s for s, _ in numbers), tuple(v for _, v in numbers)
+def _equilibrium_of(torque: sp.Expr, symbols: tuple[sp.Symbol, ...], values: tuple[float, ...], origin: float) -> float | None:
     function = variable_function((torque,), symbols, SPEED, "math")
     return _equilibrium_speed(lambda w: float(function(values, w)[0]), origin)
 
