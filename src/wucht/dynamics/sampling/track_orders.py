@@ -26,7 +26,7 @@ class Arrangement:
     starts: np.ndarray
     variants: Variants
 
-    def in_order(self, machine: Machine) -> Machine:
+    def reference(self, machine: Machine) -> Machine:
         """Return the machine of the question with its bodies in this order: what its members share, whichever they are."""
         return self.variants.machines[0].with_unchecked_values(machine.values) if machine.tracks else machine
 
@@ -75,7 +75,7 @@ def _like_bodies(machine: Machine, track: Track) -> list[list[str]]:
     One that is scheduled, released, or has a drive, a load or a further body, is like no other one.
     """
     groups = dict[tuple[object, ...], list[str]]()
-    unique_names = {x.about for x in (*machine.bodies, *machine.sliders)}
+    unique_names = {b.about for b in machine.bodies} | {x.about for x in machine.sliders}
     unique_names |= {part.on for part in machine.parts if isinstance(part, ShaftPart)}
     unique_names |= {s.parameter.partition(".")[0] for s in machine.schedules}
     unique_names |= {b.name for b in machine.bodies if b.release is not None}

@@ -276,12 +276,12 @@ def _contact_quantities(motion: Motion) -> list[Quantity]:
 def _check_quantities(check: ContactCheck) -> list[Quantity]:
     """Return what contacts of another stiffness change."""
     stiffness = "four times as soft" if check.is_stiffer else "four times as stiff"
-    outcome, where = str(check.reference.verdict.outcome), f"with contacts {stiffness}"
+    outcome, condition = str(check.reference.verdict.outcome), f"with contacts {stiffness}"
     return [
         Quantity("contact_check", stiffness, "contacts of the run for comparison"),
-        Quantity("contact_check_outcome", outcome, f"outcome {where}"),
-        Quantity("contact_check_amplitude", check.amplitude_change, f"change of the largest amplitude {where}"),
-        Quantity("contact_check_residual", check.residual_change, f"change of the residual unbalance {where}"),
+        Quantity("contact_check_outcome", outcome, f"outcome {condition}"),
+        Quantity("contact_check_amplitude", check.amplitude_change, f"change of the largest amplitude {condition}"),
+        Quantity("contact_check_residual", check.residual_change, f"change of the residual unbalance {condition}"),
     ]
 
 
