@@ -20,7 +20,7 @@ from wucht.machines.operation import fastest_operating_speed
 from wucht.machines.parts.attachment import Attachment
 from wucht.machines.parts.base import Body, Drive, Load, Part, ShaftPart
 from wucht.machines.parts.support import Support
-from wucht.machines.parts.track import TrackBody
+from wucht.machines.parts.track import TrackBody, check_frequency
 from wucht.machines.schedules import Schedule, schedules_of
 from wucht.machines.structure import Units
 from wucht.machines.tracks import FREQUENCY_RATIO, MechanismT, arrange_contacts, balancing_capacity, starts, tracks_of
@@ -302,8 +302,7 @@ def with_tracks(machine: MechanismT, tables: Any) -> MechanismT:
         at = f"tracks.{name}.contact_frequency"
         value = table.get("contact_frequency", frequency[name])
         frequency[name] = read_quantity(Unit("rad/s", "contact frequency"), value, at)
-        if frequency[name] <= 0:
-            raise InputError(at, value, "must be a contact frequency greater than 0")
+        check_frequency(frequency[name], value, at)
     tracks = tracks_of(bodies, frequency, [n for n, t in tables.items() if t])
     if not tracks:
         return machine

@@ -14,6 +14,8 @@ from tests.hand_made import drawn, titled, warnings_of
 from known_basins import MACHINE
 from wucht.dynamics.sampling.ensembles import MemberOutcomes
 from wucht.dynamics.verdicts.outcomes import OUTCOMES
+from wucht.dynamics.work import Work
+from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.studies.basin import computation
 from wucht.studies.basin.computation import Findings, Level, Plan, TileOutcomes, prepare
@@ -206,3 +208,21 @@ def test_cells_that_are_not_computed_are_named(plan: Plan, base: Level) -> None:
     names = [t.get_text() for t in outcome.get_legend().get_texts()]
     assert names[-1] == "not computed" and names[0].startswith("compensated: 33")
     assert outcome.images[0].get_array().tolist()[0] == [0, 0, 0]
+
+
+def test_what_takes_long_is_stored_in_small_units() -> None:
+    """Bodies that touch are each followed to the end: 272 runs are two units; the last step states the whole map."""
+    ball = {
+        "kind": "pendulum", "about": "drum", "mass": 0.05, "length": 0.1, "damping": 0.02, "track": "ring", "diameter": 0.01,
+    }  # fmt: skip
+    drum = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 1e-3, "inertia": 0.03}
+    machine = machine_from(
+        {
+            "carrier": {"mass": 9.0, "stiffness": 1e5, "damping": 200.0},
+            "bodies": [drum, ball | {"name": "a"}, ball | {"name": "b"}],
+            "drive": {"on": "drum", "kind": "linear", "slope": 0.05, "no_load_speed": 60.0},
+        }
+    )
+    plan = prepare(Basin(axes={"a": [0.0, 1.0, 16], "b": [2.0, 4.0, 17]}, until=0.1, refine=0), machine)
+    found = list(computation.run(plan, Work()))
+    assert len(found) == 3 and found[-1].last.is_complete

@@ -11,13 +11,15 @@ import pytest
 import xarray as xr
 
 import wucht
+from wucht.errors import InputError
 from wucht.files.building import machine_from
 
 APART = 0.32  # rad: centres of balls that touch
 RIGID = 1 - math.cos(APART / 2)  # 1.28 %; below 1 % is compensated
 
 
-def run(frequency: float, **study: object) -> xr.Dataset:
+def run(frequency: float | None, set_frequency: float | None = None, **study: object) -> xr.Dataset:
+    """frequency: that the machine's file gives; set_frequency: a value of its parameter."""
     arm, mass, eccentricity = 0.1, 9.75, 1e-3
     ball = {
         "kind": "pendulum", "about": "drum", "mass": 0.5 * mass * eccentricity / arm, "length": arm, "damping": 0.02,
@@ -29,9 +31,10 @@ def run(frequency: float, **study: object) -> xr.Dataset:
             "carrier": {"mass": 9.0, "stiffness": 1e5, "damping": 200.0, "directions": "xy"},
             "bodies": [drum, ball | {"name": "a"}, ball | {"name": "b"}],
             "drive": {"on": "drum", "kind": "linear", "slope": 0.05, "no_load_speed": 200.0},
-            "tracks": {"ring": {"contact_frequency": frequency}},
         }
+        | ({} if frequency is None else {"tracks": {"ring": {"contact_frequency": frequency}}})
     )
+    machine = machine if set_frequency is None else machine.with_values({"tracks.ring.contact_frequency": set_frequency})
     return wucht.run(wucht.RunUp(start={"a": 0.0, "b": 3.0}, tolerance=1e-9, **study), machine)
 
 
@@ -65,6 +68,16 @@ def test_each_run_of_many_is_checked() -> None:
     result = run(7.0, along="tracks.ring.contact_frequency", values=[3.0, 100.0])
     assert [c["outcome"] for c in result.wucht.summary["cases"]] == ["passed", "passed"]
     assert any("depends on the stiffness" in w for w in result.wucht.warnings)
+
+
+@pytest.mark.parametrize("frequency", [None, 500.0])
+def test_a_frequency_that_is_set_holds_whether_the_file_gives_one_or_not(frequency: float | None) -> None:
+    """Twenty times 200 rad/s if neither does."""
+    summary = run(frequency, set_frequency=300.0, until=1.0).wucht.summary
+    assert summary["contact_frequencies"] == {"ring": 300.0}
+    assert run(None, until=1.0).wucht.summary["contact_frequencies"] == {"ring": 4000.0}
+    with pytest.raises(InputError, match="greater than 0"):
+        run(frequency, set_frequency=0.0)
 
 
 def test_bodies_that_never_touch_are_not_checked() -> None:

@@ -319,7 +319,8 @@ def test_partial_runs_are_reported_of_the_first_case_alone(monkeypatch: pytest.M
     monkeypatch.setattr(computation, "run_up", lambda case, part: iter([(f"{case} half",), (f"{case} whole",)]))
     monkeypatch.setattr(computation, "neighbour_of", lambda motion, part: None)
     monkeypatch.setattr(computation, "check_contacts", lambda motion, part: None)
-    plan: Any = SimpleNamespace(cases=[SimpleNamespace(run=name) for name in "ab"], several=True)
+    runs = [type("Run", (str,), {"machine": SimpleNamespace(tracks=())})(name) for name in "ab"]
+    plan: Any = SimpleNamespace(cases=[SimpleNamespace(run=run) for run in runs], several=True)
     found = [(f.motions, f.finished_count) for f in computation.run(plan, Work())]
     a, b = ("a whole",), ("b whole",)
     assert found == [((("a half",),), 0), ((a,), 0), ((a,), 1), ((a, b), 2)]

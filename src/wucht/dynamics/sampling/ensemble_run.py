@@ -120,7 +120,7 @@ def outcomes_of(
     count, done = starts.shape[1], 0
     parts, members = list[MemberOutcomes](), list[np.ndarray]()
     for group in arrangements(question.machine, Variants.from_values(question.machine, values, count), starts):
-        of_group = replace(question, machine=group.variants.machines[0]) if question.machine.tracks else question
+        of_group = replace(question, machine=group.reference(question.machine))
         share = len(group.members) / count
         parts.append(_outcomes_in_one_order(of_group, group, subprogress(progress, done / count, share)))
         members.append(group.members)

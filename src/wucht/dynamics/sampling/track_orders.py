@@ -14,6 +14,7 @@ import numpy as np
 from wucht.dynamics.run_ups.initial_state import angles_in, machine_in_state
 from wucht.dynamics.sampling.ensemble_equations import Variants
 from wucht.machines.machine import Machine
+from wucht.machines.parts.base import ShaftPart
 from wucht.machines.parts.track import Track
 
 
@@ -24,6 +25,10 @@ class Arrangement:
     members: np.ndarray
     starts: np.ndarray
     variants: Variants
+
+    def reference(self, machine: Machine) -> Machine:
+        """Return the machine of the question with its bodies in this order: what its members share, whichever they are."""
+        return self.variants.machines[0].with_unchecked_values(machine.values) if machine.tracks else machine
 
 
 def arrangements(machine: Machine, variants: Variants, starts: np.ndarray) -> Iterator[Arrangement]:
@@ -65,12 +70,18 @@ def _body_rows(machine: Machine) -> Mapping[str, list[int]]:
 
 
 def _like_bodies(machine: Machine, track: Track) -> list[list[str]]:
-    """Return the names of a track's bodies, those that are alike together: of one kind, with the same values."""
+    """Return the names of a track's bodies, those that are alike together: of one kind, with the same values.
+
+    One that is scheduled, released, or has a drive, a load or a further body, is like no other one.
+    """
     groups = dict[tuple[object, ...], list[str]]()
+    unique_names = {b.about for b in machine.bodies} | {x.about for x in machine.sliders}
+    unique_names |= {part.on for part in machine.parts if isinstance(part, ShaftPart)}
+    unique_names |= {s.parameter.partition(".")[0] for s in machine.schedules}
+    unique_names |= {b.name for b in machine.bodies if b.release is not None}
     for body in track.bodies:
         prefix = f"{body.name}."
         values = {p.removeprefix(prefix): v for p, v in machine.values.items() if p.startswith(prefix)}
-        changes = [s for s in machine.schedules if s.parameter.startswith(prefix)]
-        unique_name = body.name if changes or machine.body(body.name).release is not None else None
+        unique_name = body.name if body.name in unique_names else None
         groups.setdefault((unique_name, body.kind, body.about, *sorted(values.items())), []).append(body.name)
     return list(groups.values())

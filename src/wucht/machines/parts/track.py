@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 import sympy as sp
 from pydantic import BeforeValidator, Field
 
-from wucht.errors import FieldError
+from wucht.errors import FieldError, InputError
 from wucht.machines.parts.base import Body
 from wucht.schema import SI, Unit, si
 
@@ -78,3 +79,20 @@ class Track:
     def symbol(self, key: str) -> sp.Symbol:
         """The symbol of a parameter of the track."""
         return sp.Symbol(f"tracks.{self.name}.{key}", real=True)
+
+    def with_values(self, values: Mapping[str, float]) -> Track:
+        """Return the track with the frequency that is among values of parameters, as if the file gave it.
+
+        Raises ``InputError`` for one that is not allowed.
+        """
+        path = self.symbol("contact_frequency").name
+        if path not in values:
+            return self
+        check_frequency(values[path], values[path], path)
+        return replace(self, frequency=values[path], is_frequency_given=True)
+
+
+def check_frequency(frequency: float, value: object, location: str) -> None:
+    """Raise ``InputError`` for a frequency of contacts that is not allowed. value: as it is given."""
+    if frequency <= 0:
+        raise InputError(location, value, "must be a contact frequency greater than 0")

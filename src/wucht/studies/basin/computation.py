@@ -12,7 +12,7 @@ import numpy as np
 from wucht.dynamics.parameters import range_of
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_variations import VariedQuantity, check_given_once, varied_quantity
-from wucht.dynamics.sampling.ensemble_equations import batching_obstacle
+from wucht.dynamics.sampling.ensemble_equations import batching_obstacle, is_screened
 from wucht.dynamics.sampling.ensemble_run import integration_note, outcomes_of
 from wucht.dynamics.sampling.ensembles import (
     EnsembleQuestion,
@@ -141,7 +141,8 @@ def _omission_warnings(plan: Plan) -> tuple[str, ...]:
 
 
 MISSING = -1  # label of a cell that has not been run yet
-_TILE, _ALONE = {"full": 8192, "slow": 32_768}, 256  # runs in a unit of work, integrated in batches and one by one
+# Runs in a unit of work: those that are screened in batches; those that are each followed until the end, which take far longer.
+_TILE, _SMALL_TILE = {"full": 8192, "slow": 32_768}, 256
 _FIRST_ROUND = 0.9  # estimated share of the first round in the runs on one level
 
 
@@ -275,7 +276,8 @@ def _compute_tiles(plan: Plan, level: Level, work: Work) -> Iterator[Level]:
     """Run the remaining requested cells; yield the level after each tile, in any order."""
     remaining = level.requested_cells[level.runs :]
     label = f"borders, level {level.halvings} of {plan.spec.refine}" if level.halvings else "all cells"
-    size = _TILE[plan.question.model] if batching_obstacle(plan.question) is None else _ALONE
+    is_fast = batching_obstacle(plan.question) is None and is_screened(plan.machine)
+    size = _TILE[plan.question.model] if is_fast else _SMALL_TILE
     # The size is in the name: another version may choose another one, and must not read these units as its own.
     cells = {f"tile {k} of {size}": remaining[k * size : (k + 1) * size] for k in range(-(-len(remaining) // size))}
     tasks = {name: partial(run_cells, plan, level.halvings, tile_cells) for name, tile_cells in cells.items()}

@@ -98,6 +98,9 @@ class Findings:
     contact_checks: tuple[ContactCheck | None, ...] = ()
 
 
+_SHARE_BESIDE_CONTACTS = 0.4  # of the work in a run, where it may be made again with stiffer contacts
+
+
 def run(plan: Plan | SystemRunPlan, work: Work) -> Iterator[Findings | SystemRunFindings]:
     """Integrate the runs; yield the findings after each leg."""
     if isinstance(plan, SystemRunPlan):
@@ -108,10 +111,11 @@ def run(plan: Plan | SystemRunPlan, work: Work) -> Iterator[Findings | SystemRun
     for k, case in enumerate(plan.cases):
         part = work.part(f"run {k + 1}", k / count, (k + 1) / count) if plan.several else work
         motions: tuple[Motion, ...] = ()
-        for motions in run_up(case.run, part):
+        share = _SHARE_BESIDE_CONTACTS if case.run.machine.tracks else 1.0
+        for motions in run_up(case.run, part.part("", 0.0, share)):
             if not done:  # later runs are reported when they are complete: partial ones would count as finished
                 yield Findings((motions,), 0)
-        check = check_contacts(motions[0], part.part("contacts", 1.0, 1.0))
+        check = check_contacts(motions[0], part.part("contacts", share, 1.0))
         if check is not None and check.is_stiffer:
             motions = (check.motion, *motions[1:])
         done.append(motions)

@@ -152,11 +152,16 @@ def _fill_lanes(m: LanesMemory, leg: LegMemory) -> None:
     needs_size = is_new & (m.size[0] <= 0.0)
     if any_lane(needs_size):
         m.size[0] = select(needs_size, first_steps(m, m.grid[m.grid_count - 1] - m.clock[0]), m.size[0])
+    _begin_peaks(m)
+
+
+def _begin_peaks(m: LanesMemory) -> None:
+    """Compute the quantities with a largest value where steps begin: a change of segment may have made them larger."""
     if m.peak_count > 0:
         evaluate_lanes(m.peak_quantities, m.clock, m.state, m.peak_constants, m.peak_value, 0)
         for j in range(m.peak_count):
-            m.best[j] = select(is_new & (m.peak_value[j] > m.best[j]), m.peak_value[j], m.best[j])
-            m.places[j] = select(is_new, m.peak_value[j], m.places[j])
+            m.best[j] = select(m.peak_value[j] > m.best[j], m.peak_value[j], m.best[j])
+            m.places[j] = m.peak_value[j]
 
 
 def _release_lanes(m: LanesMemory, ending: int, has_ended: Marks) -> None:
@@ -208,6 +213,7 @@ def _change_segments(m: LanesMemory, leg: LegMemory, step: Lanes, success: Marks
             m.stops[lane], has_changed = NO_EVENT, True
     if has_changed:
         evaluate_lanes(m.rates, m.clock, m.state, m.rate_constants, m.k, 0)
+        _begin_peaks(m)
 
 
 def _release_sliding_lanes(m: LanesMemory) -> None:
