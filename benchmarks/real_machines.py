@@ -32,7 +32,13 @@ from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 
 _CPP = {339.3: 0.13, 2513.0: 0.39}  # s, of the program in C++
-_NAMES = ("practice/laundry-drum", "practice/fan-ball-ring", "practice/fan-on-belt", "practice/grinder-10-balls")
+_NAMES = (
+    "practice/laundry-drum",
+    "practice/screen-loaded",
+    "practice/fan-ball-ring",
+    "practice/fan-on-belt",
+    "practice/grinder-10-balls",
+)
 _UNTIL, _STARTS, _MEMBERS = 3.0, 16, 64
 _DRUM = {"kind": "rotor", "name": "drum", "mass": 9.75, "eccentricity": 1e-3, "inertia": 0.03, "bearing_damping": 1e-4}
 _PENDULUM = {"kind": "pendulum", "about": "drum", "mass": 0.125, "length": 0.104, "damping": 0.169}
