@@ -64,6 +64,15 @@ def test_where_the_outcome_differs_the_stiffer_run_is_reported(frequency: float,
     assert any("depends on the stiffness" in w for w in result.wucht.warnings) is is_changed
 
 
+def test_what_one_of_both_runs_leaves_open_is_no_difference() -> None:
+    """After 12 s the run with 3 rad/s has a verdict, the stiffer one not yet: it does not take the verdict's place."""
+    result = run(3.0, until=12.0)
+    s = result.wucht.summary
+    assert (s["outcome"], s["contact_check_outcome"]) == ("compensated", "unidentified")
+    assert s["contact_frequencies"] == {"ring": 3.0}
+    assert not any("depends on the stiffness" in w for w in result.wucht.warnings)
+
+
 def test_each_run_of_many_is_checked() -> None:
     result = run(7.0, along="tracks.ring.contact_frequency", values=[3.0, 100.0])
     assert [c["outcome"] for c in result.wucht.summary["cases"]] == ["passed", "passed"]

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
-from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES
 from wucht.dynamics.work import Work
 from wucht.machines.tracks import gaps
 
@@ -93,7 +93,7 @@ def check_contacts(motion: Motion, work: Work) -> ContactCheck | None:
     """Run a machine up again with contacts four times as stiff, and report the stiffer run if its outcome differs.
 
     Returns None for a run in which no bodies touched, or that has failed. Softer contacts are closer to none at all: where the
-    outcome differs it is not that of rigid bodies.
+    outcome differs it is not that of rigid bodies. What one of both runs leaves open is no difference.
     """
     contacts = track_contacts(motion)
     if not any(c.overlap for c in contacts.values()) or motion.trajectory.failure or motion.trajectory.is_interrupted:
@@ -103,7 +103,7 @@ def check_contacts(motion: Motion, work: Work) -> ContactCheck | None:
     stiffer = machine.with_unchecked_values({name: _STIFFER * machine.values[name] for name in names})
     case = RunUpCase.from_state(stiffer, motion.model.initial, replace(motion.case.settings, model="full"))
     *_, (reference,) = run_up(case, work)
-    outcome = reference.verdict.outcome
-    if outcome in (motion.verdict.outcome, Outcome.FAILED):
+    outcomes = {motion.verdict.outcome, reference.verdict.outcome}
+    if len(outcomes) == 1 or outcomes.intersection(OPEN_OUTCOMES):
         return ContactCheck(motion, reference, is_stiffer=False)
     return ContactCheck(reference, motion, is_stiffer=True)
