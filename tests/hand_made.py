@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from matplotlib.figure import Figure
 
 from wucht.results.accessor import register_accessor
 from wucht.results.quantities import Quantity, StudyResult
+from wucht.studies.registry import studies
 from wucht.studies.runner import draw
 
 register_accessor()  # for results that no study has made
@@ -82,3 +84,9 @@ def warnings_of(result: xr.Dataset) -> list[str]:
     """The warnings of a Dataset that no runner has made."""
     warnings: list[str] = result.wucht.warnings
     return warnings
+
+
+def five_functions(kind: str) -> Any:
+    """The functions of a study that is not one class yet."""
+    study: Any = studies()[kind].study
+    return SimpleNamespace(**{name: study._function(name) for name in ("prepare", "run", "dataset", "figure", "report")})

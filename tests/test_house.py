@@ -27,7 +27,8 @@ MODULES = {path.relative_to(SOURCE.parent).with_suffix("").as_posix().replace("/
            for path in sorted(SOURCE.rglob("*.py"))}  # fmt: skip
 # Studies are folders, or single modules with a template beside them.
 STUDIES = sorted(
-    [p.parent.name for p in (SOURCE / "studies").glob("*/spec.py")] + [p.stem for p in (SOURCE / "studies").glob("*.toml")]
+    [p.parent.name for p in (SOURCE / "studies").glob("*/template.toml")]
+    + [p.stem for p in (SOURCE / "studies").glob("*.toml")]
 )
 
 
@@ -126,6 +127,8 @@ def _definitions(module: str) -> dict[str, ast.stmt]:
     for node in [inner for one in body for inner in (one.body if isinstance(one, ast.If) else [one])]:
         if isinstance(node, ast.FunctionDef | ast.ClassDef):
             found[node.name] = node
+            methods = node.body if isinstance(node, ast.ClassDef) else []
+            found |= {f"{node.name}.{m.name}": m for m in methods if isinstance(m, ast.FunctionDef)}
         elif isinstance(node, ast.Assign | ast.AnnAssign):
             for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
                 found |= {n.id: node for n in ast.walk(target) if isinstance(n, ast.Name)}
@@ -164,22 +167,18 @@ def test_what_a_function_uses_is_followed_into_what_it_calls() -> None:
     assert "wucht.results.formatting" in _used_by(module, "report", module)
 
 
-@pytest.mark.parametrize("part", ["figure", "report"])
 @pytest.mark.parametrize("study", STUDIES)
-def test_figures_and_reports_know_datasets_alone(study: str, part: str) -> None:
-    whole = f"wucht.studies.{study}"
-    within = [m for m in MODULES if m == whole or m.startswith(f"{whole}.")]
-    (module,) = [m for m in within if isinstance(_definitions(m).get(part), ast.FunctionDef)]
-    used = _used_by(module, part, whole)
-    assert {m for m in used if _floor(m) not in ("plots", "results", "errors")} == set()
-
-
-@pytest.mark.parametrize("study", STUDIES)
-def test_specs_know_no_machine(study: str) -> None:
-    spec = studies()[study.replace("_", "-")].spec
-    used = _used_by(spec.__module__, spec.__name__, f"wucht.studies.{study}")
+def test_a_figure_knows_the_dataset_alone(study: str) -> None:
+    cls = studies()[study.replace("_", "-")].study
+    whole, drawing, module = f"wucht.studies.{study}", f"{cls.__name__}.draw", cls.__module__
+    if issubclass(cls, Spec):
+        drawing = "figure"
+        within = [m for m in MODULES if f"{m}.".startswith(f"{whole}.")]
+        (module,) = [m for m in within if isinstance(_definitions(m).get(drawing), ast.FunctionDef)]
+    assert drawing in _definitions(module)
+    used = _used_by(module, drawing, whole)
     assert used
-    assert not {_floor(m) for m in used} & {"machines", "files", "analysis"}
+    assert {m for m in used if _floor(m) not in ("plots", "results", "errors")} == set()
 
 
 @pytest.mark.parametrize("study", STUDIES)
@@ -188,7 +187,7 @@ def test_no_study_imports_another(study: str) -> None:
     others = {
         f"{module} imports {name}"
         for module, path in MODULES.items()
-        if module.startswith(f"wucht.studies.{study}.")
+        if f"{module}.".startswith(f"wucht.studies.{study}.")
         for name in _imports(path)
         if name.startswith("wucht.studies.") and name.split(".")[2] in set(STUDIES) - {study}
     }
@@ -197,18 +196,20 @@ def test_no_study_imports_another(study: str) -> None:
 
 @pytest.mark.parametrize("study", STUDIES)
 def test_a_study_is_a_module_or_a_folder_of_what_it_needs(study: str) -> None:
-    """It has its spec, its functions and a template, and nothing outside the studies knows it."""
+    """It has its class and a template, and nothing outside the studies knows it."""
     kind = study.replace("_", "-")
-    studies()[kind].check()
-    assert studies()[kind].spec.kind == kind
+    assert studies()[kind].study.kind == kind
     assert f'kind = "{kind}"' in studies()[kind].template
     words = (f"studies.{study}", f'"{kind}"')
     elsewhere = {m for m, path in MODULES.items() if f".studies.{study}" not in m and any(w in _text(path) for w in words)}
     assert {m for m in elsewhere if _floor(m) != "studies" and m != "wucht"} == set(), "nothing outside the studies knows it"
 
 
+_OF_THE_EARLIER_FORM = ("spec", "prepare", "run", "dataset", "report", "computation")
+
+
 def test_no_two_modules_bear_one_name() -> None:
-    of_every_study = {"spec", "prepare", "run", "dataset", "figure", "report", "computation", "export", "__init__"}
+    of_every_study = {"study", "answer", "figure", "export", "__init__", *_OF_THE_EARLIER_FORM}
     names = [path.stem for m, path in MODULES.items() if path.stem not in of_every_study and _floor(m) != "cli"]
     assert sorted({n for n in names if names.count(n) > 1}) == []
 
@@ -218,6 +219,13 @@ def test_a_name_of_the_package_is_there_whatever_was_loaded_before(name: str) ->
     code = f"import wucht; print(wucht.{name}.__name__)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip().rpartition(".")[2] == name
+
+
+def test_a_study_is_loaded_without_what_draws_and_stores() -> None:
+    """`wucht list` loads all of them."""
+    code = "import sys; from wucht.studies.registry import studies; [s.study for s in studies().values()]; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert not {"matplotlib", "xarray", "pandas"} & set(done.stdout.split())
 
 
 def test_importing_wucht_loads_nothing_heavy() -> None:
@@ -258,8 +266,8 @@ _LOOSE = _words("asked found own said seen told")
 _NOT_PARTICIPLES = _words("bed exceed embed feed need seed shed speed")
 # Labels that are printed, what `wucht list --json` and a summary write by these names, and names in public use.
 _NAMED_BY_OTHERS = _words(
-    "averaged separated strongly_damped needed allowed what recovered rounded only_seen tiled UNDECIDED FIXED GIVEN "
-    "SETTLED STOPPED FAILED"
+    "prepared Prepared averaged separated strongly_damped needed allowed what recovered rounded only_seen tiled UNDECIDED "
+    "FIXED GIVEN SETTLED STOPPED FAILED"
 )
 
 
@@ -326,10 +334,10 @@ def _outcome_names() -> frozenset[str]:
 
 @cache
 def _keys_of_files() -> frozenset[str]:
-    """The keys of all tables in files: fields of specs, parts and what is inside."""
+    """The keys of all tables in files: fields of studies, parts and what is inside."""
     for study in studies():
-        _ = study_of(study).spec
-    pending, keys = [TableModel, Spec], set[str]()
+        _ = study_of(study).study
+    pending, keys = [TableModel], set[str]()
     while pending:
         model = pending.pop()
         keys |= set(model.model_fields)

@@ -59,7 +59,7 @@ def test_the_version_is_stated_alike() -> None:
 def test_all_specs_are_offered() -> None:
     from wucht.studies.registry import studies
 
-    own = [s.spec.__name__ for s in studies().values() if s.spec.__module__.startswith("wucht.")]
+    own = [s.study.__name__ for s in studies().values() if s.study.__module__.startswith("wucht.")]
     assert len(own) == 27
     assert set(own) <= set(NAMES)
 

@@ -14,7 +14,7 @@ _RUNNING = ("run", "run_file", "load", "draw", "report", "write_report", "export
 
 def page() -> str:
     """Every name of ``wucht.__all__`` once, by what it is for."""
-    questions = [study.spec.__name__ for study in studies().values() if study.package.startswith("wucht.")]
+    questions = [study.study.__name__ for study in studies().values() if study.package.startswith("wucht.")]
     names = _PUBLIC.findall(_STUB.read_text(encoding="utf-8"))
     public = {name: f"wucht{module}.{name}" for module, name in sorted(names, key=lambda n: n[1])}
     groups = {

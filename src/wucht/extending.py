@@ -32,13 +32,17 @@ from wucht.plots.style import COLOURS
 from wucht.results.formatting import ReportLines, formats, label, report_lines
 from wucht.results.quantities import Quantity, result_dataset, table
 from wucht.schema import SI, si
+from wucht.studies.answer import Answer
+from wucht.studies.key_types import Engine, Interval, Pair, Path, Start, Tolerance, Values, Whole
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.runner import draw, export, load, report, run
-from wucht.studies.spec import Engine, Interval, Pair, Path, Spec, Start, Tolerance, Values, Whole
+from wucht.studies.spec import Spec
+from wucht.studies.study import Study
 
 __all__ = [
     "COLOURS",
     "SI",
+    "Answer",
     "Attachment",
     "Body",
     "Drive",
@@ -63,6 +67,7 @@ __all__ = [
     "RunUpCase",
     "Spec",
     "Start",
+    "Study",
     "Support",
     "Tolerance",
     "Values",

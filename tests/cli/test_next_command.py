@@ -22,7 +22,7 @@ Study = Callable[..., Path]
 
 _NUMBERS = {"advised_time": 2.5}  # of a summary, that settings name
 _DRIVEN_CAM = "practice/carton-pusher"  # with the shaft that a prediction needs
-_QUESTIONS = [(kind, k) for kind, study in studies().items() for k, _ in enumerate(study.spec.next_questions)]
+_QUESTIONS = [(kind, k) for kind, study in studies().items() for k, _ in enumerate(study.study.next_questions)]
 
 
 def _next(out: str) -> list[str]:
@@ -49,7 +49,7 @@ def test_every_proposed_question_is_accepted_for_a_file_of_its_study(kind: str, 
 
 
 def test_every_study_proposes_something_but_those_whose_answers_lead_to_no_other_one() -> None:
-    without = {kind for kind, study in studies().items() if not study.spec.next_questions}
+    without = {kind for kind, study in studies().items() if not study.study.next_questions}
     assert without == {"comparison", "exciter-design", "phase-portrait"}
 
 
@@ -57,7 +57,7 @@ def test_outcomes_are_ones_that_there_are() -> None:
     from wucht.dynamics.limit_sets.limit_set import MotionKind
     from wucht.dynamics.verdicts.outcomes import Outcome
 
-    named = {o for study in studies().values() for question in study.spec.next_questions for o in question.outcomes}
+    named = {o for study in studies().values() for question in study.study.next_questions for o in question.outcomes}
     assert named <= {outcome.value for outcome in (*Outcome, *MotionKind)}
 
 

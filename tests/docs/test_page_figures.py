@@ -152,7 +152,7 @@ def test_pages_are_listed_by_their_titles_and_the_machines_to_try_come_first(
 
 def test_every_key_of_a_page_is_explained() -> None:
     """In two words at least, to the end: no bracket or quotation mark is left open, and no comma stands last."""
-    tables: dict[str, Any] = {f"studies/{kind}": study.spec for kind, study in studies().items()}
+    tables: dict[str, Any] = {f"studies/{kind}": study.study for kind, study in studies().items()}
     tables |= {place: cls for place, (_, cls, _) in reference_pages.parts()}
     wrong = []
     for place, table in tables.items():

@@ -35,7 +35,7 @@ def reference() -> dict[str, str]:
 
 
 def test_every_study_and_part_has_a_page_with_all_its_keys(reference: dict[str, str]) -> None:
-    classes: dict[str, type[Any]] = {f"studies/{kind}.md": study.spec for kind, study in studies().items()}
+    classes: dict[str, type[Any]] = {f"studies/{kind}.md": study.study for kind, study in studies().items()}
     classes |= {f"parts/{place}.md": cls for place, (_, cls, _) in reference_pages.parts()}
     machines = [cls for kinds in (carriers(), bodies(), drives(), loads(), models()) for cls in kinds.values()]
     assert {cls for cls in classes.values() if issubclass(cls, Part)} >= {*machines, *classes_of(Part, GROUP)}
@@ -84,7 +84,7 @@ def test_what_differs_is_seen() -> None:
 @pytest.mark.parametrize("name", sorted(published()))
 def test_published_numbers_are_met(name: str) -> None:
     study = read_study(name)
-    summary = run(study.spec, study.subject).wucht.summary
+    summary = run(study.study, study.subject).wucht.summary
     assert [c for c in compared(name, summary) if not c.agrees] == []
     assert contradicted(name, summary) == []
 

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from wucht.errors import InputError
-from wucht.studies.registry import study_of
 from wucht.studies.study_file import read_study
 
 LORENZ = 'states = { x = "s*(y - x)", y = "r*x - y - x*z", z = "x*y - b*z" }\nparameters = { s = 10.0, r = 28.0, b = 2.6 }\n'
@@ -47,7 +46,7 @@ def test_it_is_refused(name: str, tmp_path: Path) -> None:
     path.write_text(f"[system]\n{text}", encoding="utf-8")
     with pytest.raises(InputError) as raised:
         study = read_study(path)
-        study_of(study.spec.kind).prepare(study.spec, study.subject)
+        study.spec.prepare(study.subject)
     assert raised.value.location.endswith(key)
     sentence = str(raised.value)
     assert "\n" not in sentence and all(word in sentence for word in naming)

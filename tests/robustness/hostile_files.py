@@ -66,7 +66,7 @@ def schema() -> dict[str, list[tuple[str, str]]]:
     from wucht.schema import keys_of
     from wucht.studies.registry import studies
 
-    classes = {kind: study.spec for kind, study in studies().items()}
+    classes = {kind: study.study for kind, study in studies().items()}
     classes |= {kind: cls for of_kind in kinds().values() for kind, cls in of_kind.items()}
     return {kind: [(key.name, key.allowed) for key in keys_of(cls)] for kind, cls in sorted(classes.items())}
 

@@ -14,7 +14,7 @@ from wucht.schema import TableModel, keys_of, models_in, prose_of, si
 from wucht.studies.registry import studies
 
 EVERY = {f"{cls.__module__}.{cls.__name__}": cls for of_kind in kinds().values() for cls in of_kind.values()}
-EVERY |= {kind: study.spec for kind, study in studies().items()}
+EVERY |= {kind: study.study for kind, study in studies().items()}
 
 
 def _with_tables(cls: type[BaseModel]) -> set[type[BaseModel]]:

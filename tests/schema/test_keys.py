@@ -54,7 +54,7 @@ def test_what_a_key_is() -> None:
 
 
 EVERY = {name: cls for of_kind in kinds().values() for name, cls in of_kind.items()}
-EVERY |= {kind: study.spec for kind, study in studies().items()}
+EVERY |= {kind: study.study for kind, study in studies().items()}
 
 
 @pytest.mark.parametrize("name", EVERY)

@@ -30,7 +30,7 @@ SOURCE = Path(wucht.__file__).parent
 
 def _tables() -> dict[str, type[TableModel]]:
     """All tables of wucht: specs, parts, tables of cams, and those inside."""
-    _ = kinds(), [study.spec for study in studies().values()]
+    _ = kinds(), [study.study for study in studies().values()]
     pending, tables = [TableModel], dict[str, type[TableModel]]()
     while pending:
         one = pending.pop()
@@ -148,7 +148,7 @@ def test_section_has_all_parameters(name: str) -> None:
 @pytest.mark.parametrize("name", ["run-up", "stability-map", "rotor", "induction", "harmonic"])
 def test_section_has_the_help_and_unit_of_each_key(name: str) -> None:
     by_kind = {kind: cls for of_kind in kinds().values() for kind, cls in of_kind.items()}
-    cls: Any = by_kind.get(name) or studies()[name].spec
+    cls: Any = by_kind.get(name) or studies()[name].study
     words = " ".join(inspect.getdoc(cls).split())
     units = {key: unit_of(field) for key, field in fields_of(cls).items()}
     for key in keys_of(cls):

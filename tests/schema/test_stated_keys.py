@@ -20,7 +20,7 @@ STATED = Path(__file__).with_name("stated_keys.txt")
 
 def stated_keys() -> Iterator[str]:
     """A line a key of what wucht itself has, not of parts that other packages or tests add."""
-    tables = {f"studies/{kind}": study.spec for kind, study in studies().items()}
+    tables = {f"studies/{kind}": study.study for kind, study in studies().items()}
     tables |= {place: cls for place, (_, cls, _) in parts()}
     for place, cls in sorted(tables.items()):
         if not cls.__module__.startswith("wucht."):

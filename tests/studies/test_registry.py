@@ -6,6 +6,7 @@ import doctest
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -13,10 +14,9 @@ from tests.refusals import refused, rejected
 
 import wucht.extending
 from wucht.analysis.configurations import configuration
-from wucht.errors import WuchtError
 from wucht.files.catalogue import load_machine
 from wucht.studies import registry
-from wucht.studies.registry import Study, studies
+from wucht.studies.registry import StudyEntry, studies
 from wucht.studies.response.spec import Response
 from wucht.studies.runner import run
 from wucht.studies.torque_balance import TorqueBalance
@@ -73,7 +73,7 @@ def counting(here: Path) -> Iterator[Callable[..., tuple[str, ...]]]:
 
 
 def test_a_study_that_cannot_be_loaded_is_a_line(wucht: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    broken = Study("broken", "no_such_package.study")
+    broken = StudyEntry("broken", "no_such_package.study")
     known = studies() | {"broken": broken}
     monkeypatch.setattr(registry, "_installed_studies", lambda: known)
     listed = wucht("list")
@@ -82,7 +82,7 @@ def test_a_study_that_cannot_be_loaded_is_a_line(wucht: Callable[..., Any], monk
     assert line.split()[0] == "broken" and "cannot be loaded: No module named 'no_such_package'" in line
     assert "run-up" in listed.out and "catalogue:" in listed.out
     with rejected("not-loaded"):
-        _ = broken.spec
+        _ = broken.study
 
 
 def test_a_study_of_ones_own_runs(wucht: Callable[..., Any], counting: Callable[..., tuple[str, ...]]) -> None:
@@ -102,7 +102,7 @@ def test_a_misspelt_function_is_refused_before_anything_is_computed(
 def test_a_study_that_yields_nothing_is_refused(wucht: Callable[..., Any], counting: Callable[..., tuple[str, ...]]) -> None:
     done = wucht("run", "practice/laundry-drum", *counting(run=NOTHING))
     assert done.code != 0
-    assert "'run' must yield" in done.err
+    assert "'solve' must yield" in done.err
 
 
 def test_a_kind_that_is_taken_is_refused(wucht: Callable[..., Any], counting: Callable[..., tuple[str, ...]]) -> None:
@@ -121,10 +121,10 @@ def test_what_has_no_template_has_one_of_its_keys(wucht: Callable[..., Any], cou
 
 
 def test_two_packages_with_one_kind(monkeypatch: pytest.MonkeyPatch) -> None:
-    known = {"run-up": Study("run-up", "theirs")}
+    known = {"run-up": StudyEntry("run-up", "theirs")}
     with refused("kind of ours", "theirs", given="run-up"):
-        registry._add_study(known, Study("run-up", "ours"), "ours")
-    registry._add_study(known, Study("run-up", "theirs"), "theirs")
+        registry._add_study(known, StudyEntry("run-up", "ours"), "ours")
+    registry._add_study(known, StudyEntry("run-up", "theirs"), "theirs")
 
 
 def test_the_example_of_the_public_module() -> None:
@@ -134,30 +134,20 @@ def test_the_example_of_the_public_module() -> None:
 def test_one_that_cannot_be_loaded_is_none_of_those_that_several_machines_compute(
     refused: Callable[..., str], wucht: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    known = studies() | {"broken": Study("broken", "no_such_package.study")}
+    known = studies() | {"broken": StudyEntry("broken", "no_such_package.study")}
     monkeypatch.setattr(registry, "_installed_studies", lambda: known)
     assert wucht("new", "run-up").code == 0
     sentence = refused("run", "run-up.toml", "--scheduler", "tcp://localhost:1", says=("several machines can compute",))
     named = sentence.strip().split("several machines can compute ")[1].split(", ")
-    assert named == [kind for kind, study in known.items() if kind != "broken" and study.spec.tiled]
+    assert named == [kind for kind, study in known.items() if kind != "broken" and study.study.tiled]
     assert "basin" in named
 
 
-def test_studies_that_lack_something(monkeypatch: pytest.MonkeyPatch) -> None:
-    import types
-
-    whole = types.ModuleType("own_study_without_functions")
-    monkeypatch.setitem(sys.modules, whole.__name__, whole)
-    study = Study("own", whole.__name__)
-    with pytest.raises(WuchtError) as raised:
-        _ = study.run
-    assert str(raised.value) == "the study 'own' (own_study_without_functions) has no function 'run'"
-    assert study.line == "the study 'own' (own_study_without_functions) has no spec of that kind"
+def test_an_entry_without_a_study_is_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "module_without_a_study", ModuleType("module_without_a_study"))
+    study = StudyEntry("own", "module_without_a_study")
+    assert study.line == "the study 'own' (module_without_a_study) has no class of that kind"
     assert study.has_tiles is False
-    whole.prepare = whole.run = whole.dataset = whole.figure = lambda *_: None  # type: ignore[attr-defined]
-    whole.report = "words"  # type: ignore[attr-defined]
-    with pytest.raises(WuchtError, match=r"\(own_study_without_functions\): report must be a function$"):
-        study.check()
 
 
 def test_a_long_preparation_reports_its_progress(monkeypatch: pytest.MonkeyPatch) -> None:

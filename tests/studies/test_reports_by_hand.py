@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.hand_made import answered, titled, variable, with_answer
+from tests.hand_made import answered, five_functions, titled, variable, with_answer
 from tests.refusals import refused
 
 import wucht
@@ -42,7 +42,7 @@ def test_a_torque_balance() -> None:
     }  # fmt: skip
 
     def told(of: xr.Dataset = result, **other: Any) -> str:
-        report: list[str] = study_of("torque-balance").report(with_answer(of, working_points=[point | other]))
+        report: list[str] = five_functions("torque-balance").report(with_answer(of, working_points=[point | other]))
         return report[2]
 
     assert told() == f"  stable       {AT}: 1.25 N m, slip 2.5 %; drive there like 0.5 N m s from 20 rad/s (191 rpm)"
@@ -135,11 +135,11 @@ def test_what_is_not_swept() -> None:
     shaken = load_machine("sperling-vibration/figure-2a")
     frequency = shaken.shaking[1].name
     with refused("study.along", "would run away", given=frequency):
-        study_of("sweep").prepare(wucht.Sweep(along=frequency, range=(5.0, 7.0), rate=1e-3), shaken)
+        five_functions("sweep").prepare(wucht.Sweep(along=frequency, range=(5.0, 7.0), rate=1e-3), shaken)
     schedule: Any = SimpleNamespace(parameter="carrier.stiffness")
     scheduled = load_machine("drozdetskaya-2020/r1").with_fields(schedules=(schedule,))
     with refused("machine.schedules", given=None):
-        study_of("sweep").prepare(wucht.Sweep(along="drive.slope", range=(1e-3, 2e-3), rate=1e-6), scheduled)
+        five_functions("sweep").prepare(wucht.Sweep(along="drive.slope", range=(1e-3, 2e-3), rate=1e-6), scheduled)
 
 
 def test_woehler_lines() -> None:

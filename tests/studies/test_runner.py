@@ -129,8 +129,8 @@ class Stop:
             raise KeyboardInterrupt
 
 
-def test_a_study_is_found_among_loaded_specs() -> None:
-    assert studies()["squares"].spec is Squares
+def test_a_study_is_found_among_loaded_classes() -> None:
+    assert studies()["squares"].study is Squares
 
 
 def test_what_every_result_has(tmp_path: Path) -> None:

@@ -31,7 +31,7 @@ def gather_words() -> dict[str, Any]:
         "values": {"--format": [f.value for f in Format], "--style": [s.value for s in Style]},
         "names": {"list": listed_names, "new": list(studies()), "completion": [shell.value for shell in Shell]},
         "default": DEFAULT_KIND,
-        "studies": {kind: {key.name: key.allowed for key in keys_of(s.spec)} for kind, s in studies().items()},
+        "studies": {kind: {key.name: key.allowed for key in keys_of(s.study)} for kind, s in studies().items()},
         "parts": parts,
     }
 

@@ -141,7 +141,7 @@ def _entries(name: str, catalogue: Sequence[str]) -> list[Entry]:
     entries = []
     for title, of_kind in by_title.items():
         if name in of_kind:
-            cls = of_kind[name].spec if title == "studies" else of_kind[name]
+            cls = of_kind[name].study if title == "studies" else of_kind[name]
             states, page = getattr(cls, "internal_states", ()), f"{_PLACES[title][1]}/{cls.kind}.html"
             entries.append(Entry(name, title, prose_of(cls).replace("``", ""), keys_in_files(cls), states, page))
     if not entries:

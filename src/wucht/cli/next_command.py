@@ -59,14 +59,14 @@ def _merged_settings(study: StudyFile, settings: Sequence[str], new_settings: Ma
     from wucht.studies.study_file import read_study
 
     kind = new_settings.get("study.kind", study.spec.kind)
-    spec = studies()[kind].spec
+    spec = studies()[kind].study
     left_out = {*new_settings, "study.kind"} if kind != study.spec.kind else {*new_settings}
     combination = [item for item in settings if not _is_dropped(item, left_out, spec if kind != study.spec.kind else None)]
     combination += [f"{key}={value}" for key, value in new_settings.items()]
     try:
         with catch_warnings(action="ignore"):  # they were printed when the study was first read
             following = read_study(str(study.path), parse_settings(combination))
-        studies()[kind].prepare(following.spec, following.subject)  # which checks what depends on the machine
+        following.spec.prepare(following.subject)  # which checks what depends on the machine
     except WuchtError:
         return None
     return combination

@@ -143,8 +143,9 @@ def _import_module(module_or_path: str) -> None:
     except BaseException:
         del sys.modules[name]
         raise
-    if path.is_dir() and (path / "spec.py").is_file():
-        importlib.import_module(f"{name}.spec")
+    for of_class in ("study", "spec"):
+        if path.is_dir() and (path / f"{of_class}.py").is_file():
+            importlib.import_module(f"{name}.{of_class}")
 
 
 Imports = Annotated[

@@ -61,8 +61,10 @@ class ResultAccessor:
         Versions of the programs that computed it, by name.
     document : dict or None
         The study file.
+    stored_report : dict or None
+        The lines of the report, as they are stored; ``wucht.report`` fills them. None as the preceding three.
     faults : tuple of str
-        Sentences on those of these three that cannot be read.
+        Sentences on those of these four that cannot be read.
     tables : list of str
         Names of the tables that ``table`` returns.
     summary_table, branches : DataFrame
@@ -73,7 +75,7 @@ class ResultAccessor:
     WuchtError
         If the Dataset is no result of a study.
     InputError
-        For another attribute than these three that cannot be read.
+        For another attribute than these four that cannot be read.
     """
 
     def __init__(self, result: xr.Dataset) -> None:
@@ -92,7 +94,7 @@ class ResultAccessor:
         self.contents, self.failure = attributes.contents, attributes.failure
         self.finished, self.dimensionless = attributes.is_finished, attributes.is_dimensionless
         self.created, self.versions, self.document = attributes.creation, attributes.versions, attributes.document
-        self.faults = attributes.faults
+        self.stored_report, self.faults = attributes.report, attributes.faults
 
     def unit_at(self, path: str) -> str:
         """The unit of a number of the summary by its path, such as ``working_points[0].speed``.

@@ -30,8 +30,8 @@ _IN_EVERY_FILE = (*_IN_EVERY_RESULT, "study", "title", "finished", "dimensionles
 class ResultAttributes:
     """Attributes of a result, see ``ResultAccessor``; those that a result of an earlier version lacks are empty.
 
-    creation, versions, document: when and with which programs it was computed, and its study file; None where there is none, or
-    it cannot be read. faults: sentences on these.
+    creation, versions, document: when and with which programs it was computed, and its study file; report: its verdict and
+    lines, see ``results.report``. None where there is none, or it cannot be read. faults: sentences on these.
     """
 
     study: str
@@ -51,6 +51,7 @@ class ResultAttributes:
     creation: datetime | None
     versions: dict[str, str] | None
     document: dict[str, Any] | None
+    report: dict[str, Any] | None
     faults: tuple[str, ...]
 
 
@@ -107,6 +108,7 @@ def read_attributes(attributes: Mapping[str, Any], *, in_file: bool = False) -> 
         creation=read_origin("created", _date),
         versions=read_origin("versions", _versions),
         document=read_origin("document", _table),
+        report=read_origin("lines", _report),
         faults=tuple(faults),
     )
 
@@ -212,6 +214,10 @@ def _is_quantity(facts: Any) -> bool:
     return has_headlines and all(_are_texts(one.get("what", ""), one.get("unit", "")) for one in (facts, *parts.values()))
 
 
+def _is_report(content: Any) -> bool:
+    return _are_tables(content) and isinstance(content.get("lines"), list) and isinstance(content.get("verdict"), str | None)
+
+
 def _are_parts(content: Any) -> bool:
     return isinstance(content, list) and all(map(_is_part, content))
 
@@ -231,4 +237,5 @@ _texts = _json_reader("a list of texts", _is_list_of_texts)
 _versions = _json_reader("a table of programs and their versions", _is_table_of_texts)
 _question = _json_reader("tables of the question and the machine", _is_question)
 _quantities = _json_reader("a table of tables, one for each quantity", _are_quantities)
+_report = _json_reader("a table with the lines of the report", _is_report)
 _parts = _json_reader("a list of tables, one for each part of the machine", _are_parts)

@@ -72,22 +72,27 @@ class ReportLines:
             self._lines.append((heading, text))
 
     def format_value(self, value: Any, unit: str, form: str = "") -> str | None:
-        """Format a number with its unit, several with their names; None for None."""
-        if value is None or isinstance(value, str):
-            return value
-        if isinstance(value, Mapping):
-            return ", ".join(f"{name}: {self.format_value(v, unit, form)}" for name, v in value.items()) or "none"
-        if form.endswith("%"):
-            return f"{100 * value:{form[:-1] or '.3g'}} %"
-        unit = "" if self._result.dimensionless and unit != "rad" else unit
-        base, per, order = unit.partition("/rad") if unit not in _FORMATTERS else (unit, "", "")
-        if form or base not in _FORMATTERS:
-            return f"{value:{form or ('.5g' if self._result.dimensionless else '.4g')}} {unit}".rstrip()
-        return f"{_FORMATTERS[base](value)}{per}{_POWERS.get(order, order)}"
+        """Format a number with its unit, see ``number_text``."""
+        return number_text(value, unit, form, self.dimensionless)
 
     def report(self, verdict: str) -> list[str]:
         """All lines, beginning with the title and the verdict."""
         return [self._result.title, f"verdict: {verdict}", *(f"  {heading:13}{line}" for heading, line in self._lines)]
+
+
+def number_text(value: Any, unit: str, form: str = "", dimensionless: bool = False) -> str | None:
+    """Format a number with its unit, several with their names; None for None. form: ``.4g``, or ``%`` for a share."""
+    if value is None or isinstance(value, str):
+        return value
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name}: {number_text(v, unit, form, dimensionless)}" for name, v in value.items()) or "none"
+    if form.endswith("%"):
+        return f"{100 * value:{form[:-1] or '.3g'}} %"
+    unit = "" if dimensionless and unit != "rad" else unit
+    base, per, order = unit.partition("/rad") if unit not in _FORMATTERS else (unit, "", "")
+    if form or base not in _FORMATTERS:
+        return f"{value:{form or ('.5g' if dimensionless else '.4g')}} {unit}".rstrip()
+    return f"{_FORMATTERS[base](value)}{per}{_POWERS.get(order, order)}"
 
 
 def percent(share: float, off: float = 0.0) -> str:

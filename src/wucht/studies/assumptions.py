@@ -1,7 +1,7 @@
 """Assumptions of every answer in words: the equations, the speeds, and where bodies start.
 
-The spec of a study states which equations it solves (``Spec.equations``) and whether it prescribes the speed
-(``Spec.turning``); a study adds further assumptions to its result (``results.quantities.result_dataset``).
+The spec of a study states which equations it solves (``Study.equations``) and whether it prescribes the speed
+(``Study.turning``); a study adds further assumptions to its result (``results.quantities.result_dataset``).
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.machines.operation import gives_torque, has_damped_balancers
 from wucht.machines.tree import RotatingBody
-from wucht.studies.spec import AVERAGED_EQUATIONS, FULL_EQUATIONS, Spec
+from wucht.studies.study import AVERAGED_EQUATIONS, FULL_EQUATIONS, Study
 
 _MODELS = {"full": FULL_EQUATIONS, "slow": AVERAGED_EQUATIONS, "both": f"{FULL_EQUATIONS} and {AVERAGED_EQUATIONS}"}
 _MOST_ROTORS = 3
 
 
-def assumptions(spec: Spec, subject: Any) -> list[str]:
+def assumptions(spec: Study, subject: Any) -> list[str]:
     """The assumptions of a study of a subject, a statement each."""
     if isinstance(subject, UserSystem):
         return ["the equations as the file gives them"]
@@ -36,7 +36,7 @@ def assumptions(spec: Spec, subject: Any) -> list[str]:
     return [*statements, spec.turning() or _turning_statement(subject), *_start_statements(spec, subject)]
 
 
-def _kind_of_averaging(spec: Spec, machine: Machine) -> str:
+def _kind_of_averaging(spec: Study, machine: Machine) -> str:
     order = " of second order" if getattr(spec, "order", 1) == 2 else ""
     if all(b.about is None for b in machine.bodies):
         return order
@@ -46,7 +46,7 @@ def _kind_of_averaging(spec: Spec, machine: Machine) -> str:
     return f"{order} {'with' if with_inertia else 'without'} the inertia of the balancing bodies"
 
 
-def _start_statements(spec: Spec, machine: Machine) -> list[str]:
+def _start_statements(spec: Study, machine: Machine) -> list[str]:
     """Statements on where balancing bodies, and several rotors, start if the question does not give it."""
     if not spec.from_start:
         return []

@@ -26,7 +26,7 @@ from wucht.errors import InputError, RunError, WuchtError
 from wucht.results import archive
 from wucht.results.output_folder import PARTIAL, load_result, remove_partial
 from wucht.results.store import RESULT, return_free_memory, to_json
-from wucht.studies.spec import Spec
+from wucht.studies.study import Study
 from wucht.studies.subjects import subject_of
 
 if TYPE_CHECKING:
@@ -195,7 +195,7 @@ def _remove(path: Path, beside: Path) -> None:
     shutil.rmtree(trash, ignore_errors=True)
 
 
-def question_of(spec: Spec, subject: Any) -> dict[str, Any]:
+def question_of(spec: Study, subject: Any) -> dict[str, Any]:
     """The question and its subject as JSON: two questions that are equal, except for titles, have the same answer.
 
     Raises ``InputError`` if the question does not apply to the subject.
@@ -205,7 +205,7 @@ def question_of(spec: Spec, subject: Any) -> dict[str, Any]:
     return question
 
 
-def earlier_result(folder: Path, spec: Spec, question: Mapping[str, Any]) -> tuple[xr.Dataset | None, list[str]]:
+def earlier_result(folder: Path, spec: Study, question: Mapping[str, Any]) -> tuple[xr.Dataset | None, list[str]]:
     """The complete result of the same question, if the folder has it; and a note on a result with another horizon.
 
     There is none where the folder has a run of this question that is not complete: that is continued. Raises ``InputError`` if

@@ -13,7 +13,7 @@ from wucht.errors import InputError, RunError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.numerics.flow.compiled_system import RADAU
-from wucht.studies.spec import Spec
+from wucht.studies.study import Study
 
 BYTES = 8  # of a number
 _COPIES = 3  # of the stored numbers: while they are joined, in the Dataset, and in the file
@@ -49,7 +49,7 @@ def refuse_numbers(numbers: float) -> None:
         raise InputError("study", None, f"{problem}; {REMEDY}")
 
 
-def refuse_turns(spec: Spec, subject: Any) -> None:
+def refuse_turns(spec: Study, subject: Any) -> None:
     """Raise ``InputError`` if the number of turns or vibrations until the given time would take weeks to compute."""
     until = getattr(spec, "until", None)
     if not isinstance(until, float) or not isinstance(subject, Machine):

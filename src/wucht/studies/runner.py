@@ -1,7 +1,7 @@
 """The one runner of all studies: time, progress, saving, resuming.
 
-A study prepares a plan, and its ``run`` yields findings, each more complete than the preceding ones. The runner stores each
-completed unit of work, saves the result from time to time, and returns the stored units when the question is repeated.
+A study prepares, and its ``solve`` yields an answer whenever it has become more complete. The runner stores each completed unit
+of work, saves the result from time to time, and returns the stored units when the question is repeated.
 """
 
 from __future__ import annotations
@@ -29,12 +29,13 @@ from wucht.results.output_folder import NEW, claim_folder, commit, remove_partia
 from wucht.results.output_folder import load_result as read_result
 from wucht.results.provenance import provenance, refuse_edited_values
 from wucht.results.store import RESULT, file_name, partial_name, prepare_folder, return_free_memory, save, to_json
+from wucht.studies.answer import Answer
 from wucht.studies.assumptions import assumptions
 from wucht.studies.cluster import DaskCluster, cluster_at
 from wucht.studies.memory import UnitMemory, begin_units, earlier_result, question_of, without_titles
-from wucht.studies.registry import Study, studies, study_of
+from wucht.studies.registry import StudyEntry, studies
 from wucht.studies.resource_limits import equations_note, memory_error, refuse_numbers, refuse_turns
-from wucht.studies.spec import Spec
+from wucht.studies.study import Study
 from wucht.studies.subjects import Description, subject_of
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ _SAVE_EVERY_S = 5.0  # an incomplete result, so that it can be inspected; saving
 
 @np.errstate(all="ignore")  # a failed run is reported by a sentence, not by warnings about overflow
 def run(
-    spec: Spec,
+    spec: Study,
     subject: Any,
     *,
     folder: Path | str | None = None,
@@ -67,9 +68,9 @@ def run(
 
     Parameters
     ----------
-    spec : Spec
+    spec : Study
         The question, such as ``wucht.RunUp(until="20 s")``.
-    subject : Machine or other subject of the spec
+    subject : Machine or other subject of the study
     folder : path, optional
         Folder for ``result.nc`` and, until the study is finished, its units of work. An earlier result there is replaced by a
         complete one only. Until then, and where the study is interrupted or fails, its result so far is ``result.partial.nc``.
@@ -78,12 +79,12 @@ def run(
         Reuse the units of work of this question in the folder.
     progress : callable, optional
         Called with the completed share (0 to 1) and the name of the current step. It may raise ``KeyboardInterrupt`` to stop
-        the study: the result then has the findings so far, and its attribute ``finished`` is 0.
+        the study: the result then has the answer so far, and its attribute ``finished`` is 0.
     document : mapping, optional
         The study file, stored in the result.
     scheduler : str, optional
         Address of a scheduler of dask.distributed, such as ``"tcp://host:8786"``: its workers compute instead of this
-        process. Only for studies whose specs are ``tiled``.
+        process. Only for studies that are ``tiled``.
     write : callable, optional
         Writes files that show the result, such as its figure: called with the result, which is in its place by then, and the
         folder for them. It returns sentences on what could not be written; they, and an error that it raises, become warnings
@@ -106,7 +107,7 @@ def run(
     RunError
         If the memory is full, workers have another version, or the scheduler disappears.
     """
-    if not isinstance(spec, Spec):
+    if not isinstance(spec, Study):
         raise InputError("study", str(spec), 'must be a question, such as wucht.RunUp(until="20 s")')
     if scheduler is not None and not spec.tiled:
         tiled_kinds = ", ".join(kind for kind, study in studies().items() if study.has_tiles)
@@ -122,7 +123,7 @@ def run(
 
 
 def _compute_result(
-    spec: Spec,
+    spec: Study,
     subject: Any,
     folder: Path | None,
     files: Sequence[str],
@@ -135,17 +136,16 @@ def _compute_result(
     announce: Callable[[str], None] | None,
 ) -> xr.Dataset:
     register_accessor()
-    start_time, study = clock.perf_counter(), study_of(spec.kind)
-    study.check()
+    start_time = clock.perf_counter()
     if announce is not None and (note := equations_note(subject)) is not None:
         announce(note)  # first of all: with so many bodies the checks take seconds, too
     description = subject_of(spec).describe(subject)
     if description.dimensionless:
         spec.refuse_units()
     refuse_turns(spec, subject)
-    plan = study.plan(spec, subject, partial(Work(reporter=progress).report, 0.0, PREPARATION))
-    refuse_numbers(study.numbers(plan))
-    solve = study.run  # loaded before units are read back, whose classes it defines
+    watch = partial(Work(reporter=progress).report, 0.0, PREPARATION)
+    prepared = spec.prepare_watched(subject, watch)
+    refuse_numbers(spec.stored_numbers(prepared))
     question = question_of(spec, subject)
     memory, notes, untitled_question = UnitMemory(), list[str](), without_titles(question)
     if folder is not None:
@@ -159,9 +159,9 @@ def _compute_result(
                 return _show(complete_result, folder, write, summarise)
         memory = begin_units(folder, untitled_question, resume, announce or str)
 
-    def assemble_result(findings: Any, is_finished: bool) -> xr.Dataset:
+    def assemble_result(answer: Answer, is_finished: bool) -> xr.Dataset:
         return_free_memory()
-        dataset: xr.Dataset = study.dataset(plan, findings)
+        dataset = answer.to_dataset()
         study_warnings = [w for w in dataset.wucht.warnings if w not in description.warnings]
         return dataset.assign_attrs(
             _common_attributes(spec, subject, description, dataset)
@@ -173,21 +173,23 @@ def _compute_result(
             | ({} if document is None else {"document": json.dumps(document, default=str)})
         )
 
-    def save_unfinished(findings: Any) -> None:
+    def save_unfinished(answer: Answer) -> None:
         if folder is not None:
             memory.flush()
-            save_partial(assemble_result(findings, False), folder)
+            save_partial(assemble_result(answer, False), folder)
             gc.collect()  # a Dataset and its accessor refer to each other
 
     with memory.kept_on_error():
-        findings, is_interrupted = _last_findings(study, solve(plan, Work(memory, progress, cluster)), save_unfinished)
+        answers = spec.solve(subject, prepared, Work(memory, progress, cluster))
+        answer, is_interrupted = _last_answer(spec, answers, save_unfinished)
         if is_interrupted:
             memory.flush()
             remedy = "only a run with a folder can be resumed" if folder is None else "--resume continues from there"
             notes.append(f"interrupted: the result is incomplete; {remedy}")
         if memory.is_large:
             memory.flush()
-        final, findings = assemble_result(findings, not is_interrupted), None  # may be larger than the result, no longer needed
+        final = assemble_result(answer, not is_interrupted)
+        del answer, answers  # what they have may be larger than the result
         if folder is not None:
             save(final, prepare_folder(folder / NEW) / file_name(RESULT, final))
             _commit(final, folder, summarise)
@@ -198,11 +200,11 @@ def _compute_result(
     return final if folder is None else _show(final, folder, write, summarise)
 
 
-def _last_findings(study: Study, findings: Iterable[Any], save_unfinished: Callable[[Any], None]) -> tuple[Any, bool]:
-    """The most complete findings, and True if Ctrl-C was pressed after the first ones."""
+def _last_answer(spec: Study, answers: Iterable[Answer], save_unfinished: Callable[[Answer], None]) -> tuple[Answer, bool]:
+    """The most complete answer, and True if Ctrl-C was pressed after the first one."""
     latest, save_time, pause = None, clock.perf_counter(), _SAVE_EVERY_S
     try:
-        for latest in findings:
+        for latest in answers:
             if clock.perf_counter() - save_time > pause:
                 before = clock.perf_counter()
                 save_unfinished(latest)
@@ -213,9 +215,7 @@ def _last_findings(study: Study, findings: Iterable[Any], save_unfinished: Calla
             raise
         return latest, True
     if latest is None:
-        raise WuchtError(
-            f"the study {study.kind!r} ({study.package}) has no result: its function 'run' must yield at least once"
-        )
+        raise WuchtError(f"the study {spec.kind!r} ({type(spec).__module__}) has no answer: 'solve' must yield at least once")
     return latest, False
 
 
@@ -241,7 +241,7 @@ def _commit(result: xr.Dataset, folder: Path, summarise: Writer | None) -> None:
     commit(folder)
 
 
-def _common_attributes(spec: Spec, subject: Any, description: Description, dataset: xr.Dataset) -> dict[str, Any]:
+def _common_attributes(spec: Study, subject: Any, description: Description, dataset: xr.Dataset) -> dict[str, Any]:
     """Attributes of every result, complete or not."""
     return {
         "study": spec.kind,
@@ -293,10 +293,10 @@ def draw(result: xr.Dataset, page: Page = PRINT) -> Figure:
     InputError
         For an unknown study, or a Dataset that lacks variables of the written result.
     """
-    with _study_of_result(result) as study:
+    with _study_of_result(result) as entry:
         for trial_page in (page, *page.fallback_pages):
             with page_context(trial_page):
-                figure: Figure = study.figure(result)
+                figure = entry.drawer.draw(result)
                 write_assumptions(figure, result.wucht.assumed)
                 _print_units(figure)
             if arrange(figure).get_figheight() <= trial_page.tallest:
@@ -339,8 +339,8 @@ def report(result: xr.Dataset) -> list[str]:
     InputError
         As ``draw`` does.
     """
-    with _study_of_result(result) as study:
-        lines: list[str] = [units_in_print(line) for line in study.report(result)]
+    with _study_of_result(result) as entry:
+        lines = [units_in_print(line) for line in entry.drawer.report(result)]
         assumption_text = "; ".join(result.wucht.assumed)
     return [*lines, f"  assumed      {assumption_text}"] if assumption_text else lines
 
@@ -364,17 +364,16 @@ def export(result: xr.Dataset, folder: Path | str) -> list[str]:
     InputError
         As ``draw`` does; for a study without such files.
     """
-    with _study_of_result(result) as study:
-        if not study.exports:
-            kinds = " and ".join(kind for kind, candidate in studies().items() if candidate.exports)
+    with _study_of_result(result) as entry:
+        if not entry.study.exports():
+            kinds = " and ".join(kind for kind, candidate in studies().items() if candidate.study.exports())
             explanation = f"results of this study cannot be exported to files of a workshop; those of {kinds} can"
-            raise InputError(study.kind, None, explanation, code="not-exported")
-        lines: list[str] = study.export(result, Path(folder))
-    return lines
+            raise InputError(entry.kind, None, explanation, code="not-exported")
+        return entry.drawer.export(result, Path(folder))
 
 
 @contextmanager
-def _study_of_result(result: xr.Dataset) -> Iterator[Study]:
+def _study_of_result(result: xr.Dataset) -> Iterator[StudyEntry]:
     """The study of a result. Errors of its functions in a result that may have been edited become an ``InputError``."""
     kind, by_kind = result.attrs.get("study"), studies()
     if kind not in by_kind:

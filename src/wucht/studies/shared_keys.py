@@ -10,8 +10,9 @@ from pydantic import BeforeValidator, Field, model_validator
 from wucht.errors import InputError
 from wucht.fatigue.damage import WoehlerLine, slope_below
 from wucht.schema import SI, Composite, TableModel, Unit, composite, read_quantity, refuse_unknown, si, validate_table
-from wucht.studies import spec as common
-from wucht.studies.spec import Value
+from wucht.studies import key_types as common
+from wucht.studies.key_types import Value
+from wucht.studies.study import Study
 
 NAMES = ("compensating", "together", "opposed")
 VALUES = ("value", "second_value")
@@ -61,7 +62,7 @@ Ranges = Annotated[
 Names = Annotated[tuple[str, ...], BeforeValidator(_names), Field(description="names of the steady states to be kept")]
 
 
-class EnsembleSpec(common.Spec):
+class EnsembleStudy(Study):
     """Spec of a study of the outcomes of many starts or variants of a machine."""
 
     horizon: ClassVar[tuple[str, ...]] = ("until",)

@@ -10,12 +10,13 @@ from pydantic import Field, model_validator
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.errors import InputError
 from wucht.schema import SI, Composite, Conversion, composite, refuse_unknown, si
-from wucht.studies import spec as common
+from wucht.studies import key_types as common
+from wucht.studies.study import Study
 
 _ENDS = ("until", "turns", "settled")
 
 
-class SingleRun(common.Spec):
+class SingleRun(Study):
     """The keys of a study that starts the machine once: duration of the run, initial state, and equations."""
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (_ENDS,)

@@ -16,7 +16,7 @@ from wucht.machines.machine import Machine
 from wucht.schema import require_table
 from wucht.studies.registry import requested_study, studies
 from wucht.studies.runner import run
-from wucht.studies.spec import Spec
+from wucht.studies.study import Study
 from wucht.studies.subjects import subject_of
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class StudyFile:
     """
 
     path: Path
-    spec: Spec
+    spec: Study
     subject: Any
     document: Document
     changes_kind: bool
@@ -63,7 +63,7 @@ def machine_study(name: str, machine: Machine, settings: Mapping[str, Any]) -> S
     """Build the question about a machine that is in no file. settings, errors: see ``read_study``, with a name for the file."""
     try:
         study_table, _ = _study_table({}, flatten(settings))
-        spec = requested_study(study_table).spec
+        spec = requested_study(study_table).study
         subject = machine.with_values({k: v for k, v in flatten(settings).items() if not k.startswith("study.")})
         subject_of(spec).describe(subject)
         return StudyFile(Path(name), spec.from_table(study_table), subject, {"study": study_table}, False)
@@ -110,7 +110,7 @@ def _read_document(
     """Read a document. dropped_keys: is extended by the omitted keys, which were written for another kind of study."""
     study_table, omitted_keys = _study_table(document, settings)
     dropped_keys += omitted_keys
-    spec = requested_study(study_table).spec
+    spec = requested_study(study_table).study
     of_subject = {k: v for k, v in settings.items() if not k.startswith("study.")}
     subject, tables = subject_of(spec).from_document(document | {"study": study_table}, path, name, of_subject)
     changes_kind = study_table["kind"] != document.get("study", {"kind": DEFAULT_KIND}).get("kind")
@@ -222,8 +222,8 @@ def _study_table(document: Document, settings: Mapping[str, Any]) -> tuple[Docum
     study_table = dict(require_table(document, "study", "study")) if "study" in document else {"kind": DEFAULT_KIND}
     kind, by_kind = settings.get("study.kind", study_table.get("kind")), studies()
     written_table = study_table
-    spec = by_kind[kind].spec if isinstance(kind, str) and kind in by_kind else Spec
-    if kind != study_table.get("kind") and spec is not Spec:
+    spec = by_kind[kind].study if isinstance(kind, str) and kind in by_kind else Study
+    if kind != study_table.get("kind") and spec is not Study:
         common_keys = set(spec.keys()) - set(spec.meaning)
         study_table = {k: v for k, v in study_table.items() if k in common_keys}
     for key, value in settings.items():

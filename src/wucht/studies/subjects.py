@@ -27,7 +27,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Drive
 from wucht.piecewise import Pieces
 from wucht.schema import refuse_unknown
-from wucht.studies.spec import Spec
+from wucht.studies.study import Study
 from wucht.system import System
 
 _SILENT = frozenset({"title", "warnings", "notes", "parameters", "file"})  # parameters are listed separately
@@ -212,7 +212,7 @@ MACHINE = MachineSubject()
 MACHINE_OR_SYSTEM = MachineOrSystemSubject()
 
 
-def subject_of(spec: Spec | type[Spec]) -> Subject:
+def subject_of(spec: Study | type[Study]) -> Subject:
     """The kind of subject that a spec names."""
     module, _, name = spec.subject.partition(":")
     subject: Subject = getattr(import_module(module), name)

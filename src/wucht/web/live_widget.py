@@ -11,7 +11,7 @@ from typing import Any
 from wucht.errors import InputError, WuchtError
 from wucht.files.machine_tables import machine_table
 from wucht.machines.machine import Machine
-from wucht.studies.spec import Spec
+from wucht.studies.study import Study
 from wucht.studies.study_file import machine_study
 from wucht.web.live_page import PageText, built_file
 from wucht.web.shared_study import shared_page, study_page
@@ -87,7 +87,7 @@ def _widget_class() -> Any:
         study = traitlets.Unicode("").tag(sync=True)
         height = traitlets.Int(720, min=100).tag(sync=True)
 
-        def question(self) -> tuple[Spec, Machine]:
+        def question(self) -> tuple[Study, Machine]:
             """Return the question and the machine that are shown. Raises ``InputError``."""
             if not self.study:
                 raise InputError(

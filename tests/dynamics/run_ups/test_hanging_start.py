@@ -23,7 +23,7 @@ from wucht.studies.load_spectrum.spec import LoadSpectrum
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 from wucht.studies.spec import Spec
-from wucht.studies.start_stop.spec import StartStop
+from wucht.studies.start_stop import StartStop
 from wucht.studies.sweep.spec import Sweep
 from wucht.web.shared_study import shared_page
 

@@ -9,16 +9,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.hand_made import titled, warnings_of, with_answer
+from tests.hand_made import five_functions, titled, warnings_of, with_answer
 
 from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
 from wucht.studies.approximation import computation
 from wucht.studies.approximation.computation import CURVE, Errors, Findings, ModelComparison, UnmeasuredError, errors
 from wucht.studies.approximation.spec import Approximation
-from wucht.studies.registry import study_of
 
-STUDY = study_of("approximation")
+STUDY = five_functions("approximation")
 FACTORS = np.array([1.0, 0.5, 0.25, 0.125])
 MEASURED = Errors(FACTORS, 0.1 * FACTORS, 1.0)
 

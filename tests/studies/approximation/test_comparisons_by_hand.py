@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
-from tests.hand_made import drawn, titled
+from tests.hand_made import drawn, five_functions, titled
 
 from wucht.dynamics.run_ups.deviations import ComparedMotion
 from wucht.dynamics.work import Work
@@ -19,9 +19,8 @@ from wucht.studies.approximation import computation
 from wucht.studies.approximation.computation import CURVE, Errors, Findings, ModelComparison, compare_models
 from wucht.studies.approximation.dataset import dataset
 from wucht.studies.approximation.spec import Approximation
-from wucht.studies.registry import study_of
 
-STUDY = study_of("approximation")
+STUDY = five_functions("approximation")
 MEASURED = Errors(np.array([1.0, 0.5, 0.25, 0.125]), np.array([0.8, 0.3, 0.1, 0.025]), 1.5)
 ENDS = (("captured", "captured"), ("captured", "passed"), ("unidentified", "passed"))
 

@@ -267,7 +267,7 @@ WITHOUT = {"optimise-balancer": "damping is varied here for a curve"}  # what a 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", [k for k, s in studies().items() if k != "comparison" and s.spec.curves])
+@pytest.mark.parametrize("kind", [k for k, s in studies().items() if k != "comparison" and s.study.curves])
 def test_every_study_has_the_curves_and_numbers_that_it_names(here: Path, kind: str) -> None:
     Path("study.toml").write_text(studies()[kind].template, encoding="utf-8")
     result = package.run_file("study.toml", folder=here / "out")

@@ -10,18 +10,17 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
-from tests.hand_made import answered, drawn, variable
+from tests.hand_made import answered, drawn, five_functions, variable
 from tests.refusals import refused
 
 import wucht
 from wucht.errors import InputError
 from wucht.plots.style import GREY, line_style
 from wucht.studies.comparison.spec import Comparison
-from wucht.studies.registry import study_of
 from wucht.studies.study_file import read_comparison
 from wucht.studies.subjects import subject_of
 
-STUDY = study_of("comparison")
+STUDY = five_functions("comparison")
 
 
 def comparison(count: int = 2, vary: dict[str, Any] | None = None, curves: int = 0, **more: Any) -> xr.Dataset:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.hand_made import drawn, titled
+from tests.hand_made import drawn, five_functions, titled
 from tests.refusals import refused
 
 from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase
@@ -26,9 +26,8 @@ from wucht.studies.entrainment import computation, figure
 from wucht.studies.entrainment.computation import Findings
 from wucht.studies.entrainment.dataset import band_in_words
 from wucht.studies.entrainment.spec import Entrainment
-from wucht.studies.registry import study_of
 
-STUDY = study_of("entrainment")
+STUDY = five_functions("entrainment")
 ORBIT: PeriodicOrbit = None  # type: ignore[assignment]  # of which nothing is said
 ROTOR = {"kind": "rotor", "mass": 0.1, "eccentricity": 0.01, "inertia": 2e-5}
 NAMES = ("e1", "e2", "e3")

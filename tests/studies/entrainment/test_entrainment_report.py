@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.hand_made import titled, warnings_of, with_answer
+from tests.hand_made import five_functions, titled, warnings_of, with_answer
 
 from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase
 from wucht.dynamics.entrainment.existence import Edge, Existence, StableRange
@@ -22,9 +22,8 @@ from wucht.files.catalogue import load_machine
 from wucht.numerics.orbits import PeriodicOrbit
 from wucht.studies.entrainment.computation import Findings
 from wucht.studies.entrainment.spec import Entrainment
-from wucht.studies.registry import study_of
 
-STUDY = study_of("entrainment")
+STUDY = five_functions("entrainment")
 ROTOR = {"kind": "rotor", "mass": 0.1, "eccentricity": 0.01, "inertia": 2e-5}
 ORBIT: PeriodicOrbit = None  # type: ignore[assignment]  # of which nothing is said
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.hand_made import drawn, titled, warnings_of
+from tests.hand_made import drawn, five_functions, titled, warnings_of
 from tests.refusals import refused
 
 import wucht
@@ -19,9 +19,8 @@ from wucht.errors import InputError
 from wucht.studies.exciter_design import computation
 from wucht.studies.exciter_design.computation import Findings
 from wucht.studies.exciter_design.spec import ExciterDesign
-from wucht.studies.registry import study_of
 
-STUDY = study_of("exciter-design")
+STUDY = five_functions("exciter-design")
 RANGES = {"drive.slope": ["2e-4 N m s", "3e-3 N m s"], "p1.mass": ["0.3 kg", "3 kg"]}
 STEPPED = {"table": [["1 mm", 1e6], ["2 mm", 1e3]], "stepped": True}
 BEAT = Beat("modulated", 2.0, 10.0, np.array([2.5, 7.5]), np.array([1e-3, 2.5e-3]), np.array([3.0, 5.0]))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.hand_made import titled, warnings_of, with_answer
+from tests.hand_made import five_functions, titled, warnings_of, with_answer
 from tests.refusals import refused
 
 import wucht
@@ -23,9 +23,8 @@ from wucht.fatigue.cumulative_spectra import shift_spectrum
 from wucht.files.building import machine_from
 from wucht.studies.exciter_design.computation import Findings, MachineInFolder, _best, target_spectrum
 from wucht.studies.exciter_design.spec import ExciterDesign, Target
-from wucht.studies.registry import study_of
 
-STUDY = study_of("exciter-design")
+STUDY = five_functions("exciter-design")
 RANGES = {"drive.slope": ["2e-4 N m s", "3e-3 N m s"], "p1.mass": ["0.3 kg", "3 kg"]}
 TARGET = [["1 mm", 1e6], ["2 mm", 1e3]]
 BEAT = Beat("modulated", 0.0, 10.0, np.linspace(0.5, 9.5, 10), np.linspace(1e-3, 2e-3, 10), np.full(10, 4.0))

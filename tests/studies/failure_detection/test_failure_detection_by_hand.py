@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.hand_made import drawn, titled, warnings_of, with_answer
+from tests.hand_made import drawn, five_functions, titled, warnings_of, with_answer
 from tests.refusals import refused
 
 import wucht
@@ -23,9 +23,8 @@ from wucht.studies.failure_detection import dataset as dataset_module
 from wucht.studies.failure_detection.computation import Findings, MonitoredRun, ParameterAxis, ParameterPoint
 from wucht.studies.failure_detection.dataset import _reading_extremes as over_readings
 from wucht.studies.failure_detection.spec import FailureDetection
-from wucht.studies.registry import study_of
 
-STUDY = study_of("failure-detection")
+STUDY = five_functions("failure-detection")
 WHOLE = 1e5
 KEYS = {
     "until": 8.0, "start": {"p1": 0.3, "p2": -0.5}, "after": 0.5,

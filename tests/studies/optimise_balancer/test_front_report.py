@@ -7,16 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.hand_made import answered, titled
+from tests.hand_made import answered, five_functions, titled
 from tests.refusals import refused
 
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.studies.optimise_balancer.recommendation_rows import recommendation_in_words
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
-from wucht.studies.registry import study_of
 
-STUDY = study_of("optimise-balancer")
+STUDY = five_functions("optimise-balancer")
 VARIABLES = {"damping": {"unit": "N m s"}}
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
-from tests.hand_made import titled, warnings_of, with_answer
+from tests.hand_made import five_functions, titled, warnings_of, with_answer
 from tests.refusals import refused
 
 from wucht.dynamics.branches.orbit_diagram import MOST_BRANCHES, OrbitFindings
@@ -26,9 +26,8 @@ from wucht.studies.orbit_branch import figure as orbit_figure
 from wucht.studies.orbit_branch.dataset import _orbit_entry as orbit_entry
 from wucht.studies.orbit_branch.orbit_tables import orbit_quantities
 from wucht.studies.orbit_branch.spec import OrbitBranch
-from wucht.studies.registry import study_of
 
-STUDY = study_of("orbit-branch")
+STUDY = five_functions("orbit-branch")
 CIRCLE = {
     "parameters": {"mu": 1.0},
     "definitions": {"s": "mu - x^2 - y^2", "w": "2 + mu"},

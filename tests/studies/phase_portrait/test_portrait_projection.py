@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.hand_made import five_functions
 
 import wucht
 from wucht.errors import InputError
 from wucht.files.user_system import UserSystem, equations_from
-from wucht.studies.registry import study_of
 
 WELLS = {"x": "v", "v": "-0.5*v + x - x^3", "z": "-z"}
 RANGES = {"x": (-2.0, 2.0), "v": (-2.0, 2.0), "z": (-1.0, 1.0)}
@@ -32,7 +32,7 @@ def test_equilibria_trajectories_and_attractors_of_two_wells(tmp_path: Path) -> 
     assert sorted(round(a["state"]["x"]) for a in s["attractors"]) == [-1, 1]
     assert result.trajectories.shape[:2] == (2, 3)
     assert (result.attrs["abscissa"], result.attrs["ordinate"]) == (0, 2)
-    assert study_of("phase-portrait").report(result)[1].startswith("verdict: equilibria: ")
+    assert five_functions("phase-portrait").report(result)[1].startswith("verdict: equilibria: ")
     fig = wucht.draw(result)
     assert (fig.axes[0].get_xlabel(), fig.axes[0].get_ylabel()) == ("x", "z")
     fig.savefig(tmp_path / "projection.png")

@@ -6,11 +6,9 @@ from typing import Any
 
 import pytest
 import xarray as xr
-from tests.hand_made import answered, titled, variable
+from tests.hand_made import answered, five_functions, titled, variable
 
-from wucht.studies.registry import study_of
-
-STUDY = study_of("response")
+STUDY = five_functions("response")
 AT = "10 rad/s (95 rpm)"
 
 

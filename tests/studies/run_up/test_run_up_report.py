@@ -7,11 +7,9 @@ from typing import Any
 
 import pytest
 import xarray as xr
-from tests.hand_made import answered, titled
+from tests.hand_made import answered, five_functions, titled
 
-from wucht.studies.registry import study_of
-
-STUDY = study_of("run-up")
+STUDY = five_functions("run-up")
 ENDED = {"outcome": "passed", "final_speed": 10.0, "final_amplitude": 2e-3, "amplitude_unit": "m"}
 SINGLE: dict[str, Any] = ENDED | {
     "sentence": "it passes", "modulation_period": None, "min_speed": None, "max_speed": None, "free_speed": None,

@@ -12,7 +12,7 @@ import sympy as sp
 import xarray as xr
 from matplotlib import colormaps
 from matplotlib.colors import to_hex
-from tests.hand_made import drawn, titled, warnings_of, with_answer
+from tests.hand_made import drawn, five_functions, titled, warnings_of, with_answer
 
 from wucht.dynamics.branches.bifurcation_diagram import BranchFindings, NominalState, SearchedValue
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
@@ -20,14 +20,13 @@ from wucht.dynamics.branches.second_parameter import BifurcationCurve
 from wucht.dynamics.branches.steady_states import Kind, Labels, SystemEquilibria
 from wucht.files.user_system import UserSystem
 from wucht.plots.style import COLOURS, GREY
-from wucht.studies.registry import study_of
 from wucht.studies.speed_curve import dataset as dataset_module
 from wucht.studies.speed_curve import figure as figure_module
 from wucht.studies.speed_curve import report as report_module
 from wucht.studies.speed_curve.spec import SpeedCurve
 from wucht.system import System
 
-STUDY = study_of("speed-curve")
+STUDY = five_functions("speed-curve")
 X, MU, SHIFT = sp.symbols("x mu shift", real=True)
 OWN = UserSystem(System((X,), (MU + SHIFT - X,), (MU, SHIFT)), {"mu": 5.0, "shift": 0.0})
 ASKED: dict[str, Any] = {"along": "mu", "range": [1.0, 10.0], "ranges": {"x": [-2, 22]}}

@@ -12,7 +12,7 @@ import sympy as sp
 import xarray as xr
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from tests.hand_made import drawn, titled, warnings_of
+from tests.hand_made import drawn, five_functions, titled, warnings_of
 from tests.refusals import refused
 
 from wucht.dynamics.branches.ending_curves import RETURNS
@@ -27,13 +27,12 @@ from wucht.dynamics.branches.steady_states import Kind
 from wucht.dynamics.work import Work
 from wucht.files.user_system import UserSystem
 from wucht.numerics.periodic.branch_ends import RANGE, SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
-from wucht.studies.registry import study_of
 from wucht.studies.stability_map import figure as map_figure
 from wucht.studies.stability_map.map_parts import plane_shares
 from wucht.studies.stability_map.spec import StabilityMap
 from wucht.system import System
 
-STUDY = study_of("stability-map")
+STUDY = five_functions("stability-map")
 X, P, R, S = sp.symbols("x p r s", real=True)
 OWN = UserSystem(System((X,), (P + R * X - X**3 + S,), (P, R, S)), {"p": 0.0, "r": 1.0, "s": 0.0}, "a cusp")
 ASKED: dict[str, Any] = {

@@ -22,8 +22,7 @@ from wucht.studies.coast_down import CoastDown
 from wucht.studies.load_spectrum.spec import LoadSpectrum
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, report, run
-from wucht.studies.start_stop.dataset import allowed_cycles
-from wucht.studies.start_stop.spec import StartStop
+from wucht.studies.start_stop import StartStop, allowed_cycles
 
 MOTOR = {
     "kind": "induction", "voltage": 230.0, "frequency": 50.0, "pole_pairs": 2, "stator_resistance": 2.0,

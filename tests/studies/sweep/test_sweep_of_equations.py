@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.hand_made import five_functions
 
 import wucht
 from wucht.errors import InputError
 from wucht.files.user_system import UserSystem, equations_from
-from wucht.studies.registry import study_of
 
 FOLD = 2 / (3 * np.sqrt(3))  # of x' = mu + x - x^3: where mu = -(x - x^3) has its extremes
 
@@ -31,7 +31,7 @@ def test_jumps_are_at_the_folds_on_either_way(tmp_path: Path) -> None:
         assert np.abs(roots - jump["to"]).min() < 0.05
         assert sign * jump["to"] > 1 > -sign * jump["from"] > 0.4
     assert s["hysteresis"] == pytest.approx([-FOLD, FOLD], abs=1.5 * step)
-    assert study_of("sweep").report(result)[1].startswith("verdict: 2 JUMPS")
+    assert five_functions("sweep").report(result)[1].startswith("verdict: 2 JUMPS")
     fig = wucht.draw(result)
     at = [line.get_xdata()[0] for line in fig.axes[0].lines if line.get_linestyle() == ":"]
     assert at == [j["value"] for j in s["jumps"]]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.hand_made import titled, warnings_of, with_answer
+from tests.hand_made import five_functions, titled, warnings_of, with_answer
 from tests.refusals import refused
 
 from wucht.analysis.configurations.averaged_stability import REGIONS, Regions, Stability
@@ -17,12 +17,11 @@ from wucht.analysis.configurations.full_stability import FullStability
 from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
-from wucht.studies.registry import study_of
 from wucht.studies.runner import run
 from wucht.studies.synchronous_states.dataset import _map_quantities as of_map
 from wucht.studies.synchronous_states.spec import SynchronousStates
 
-STUDY = study_of("synchronous-states")
+STUDY = five_functions("synchronous-states")
 BALL = {"kind": "pendulum", "about": "drum", "length": 0.5, "damping": 0.02}
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 1e-2, "inertia": 1.5e-2}
 HELD = {"kind": "constant-speed", "speed": 100.0}

@@ -11,7 +11,7 @@ from wucht.errors import FieldError, InputError
 from wucht.schema import Composite, composite
 from wucht.studies import spec as common
 from wucht.studies.next_question import NextQuestion
-from wucht.studies.shared_keys import EnsembleSpec, entries_by_path
+from wucht.studies.shared_keys import EnsembleStudy, entries_by_path
 
 MOST_CELLS = 2048 * 2048  # of the finest map: with four numbers per cell it takes 100 MB
 _FEWEST, _MOST_HALVINGS = 2, 10
@@ -50,7 +50,7 @@ def _ranges(raw: Any) -> Any:
 StateRanges = Annotated[dict[str, tuple[common.Value, common.Value]], BeforeValidator(_ranges)]
 
 
-class Basin(EnsembleSpec):
+class Basin(EnsembleStudy, common.Spec):
     """Map the outcomes of a machine over two start states or parameters: their basins and shares.
 
     002, section 5.5, figure 5.10. Of equations of a table [system]: their attractors over two states.
@@ -62,7 +62,7 @@ class Basin(EnsembleSpec):
         NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
     )
     from_start: ClassVar[bool] = True
-    meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "axes")
+    meaning: ClassVar[tuple[str, ...]] = (*EnsembleStudy.meaning, "axes")
 
     axes: Composite[Axes] = composite(description=(
         "{name = [lo, hi, cells]}, two of them, cell-centred: each a start state as in `start` (`psi`, `delta`, a body's name "

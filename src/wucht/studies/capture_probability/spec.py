@@ -13,7 +13,7 @@ from wucht.schema import Composite, composite
 from wucht.studies import spec as common
 from wucht.studies.capture_probability.distributions import REPLICATES, check_form
 from wucht.studies.next_question import NextQuestion
-from wucht.studies.shared_keys import EnsembleSpec
+from wucht.studies.shared_keys import EnsembleStudy
 
 _FEWEST, _MOST, _MOST_POINTS = 4 * REPLICATES, 2**20, 1000
 
@@ -63,7 +63,7 @@ Outcomes = Annotated[tuple[str, ...], BeforeValidator(_outcomes), Field(descript
 Between = Annotated[float, Field(gt=0, lt=1)]
 
 
-class CaptureProbability(EnsembleSpec):
+class CaptureProbability(EnsembleStudy, common.Spec):
     """Probability that the machine passes its resonance, over a parameter, with random starts and parameters."""
 
     kind: ClassVar[str] = "capture-probability"
@@ -72,7 +72,7 @@ class CaptureProbability(EnsembleSpec):
         NextQuestion("how it vibrates over the speed", {"study.kind": "response"}),
     )
     from_start: ClassVar[bool] = True
-    meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "at")
+    meaning: ClassVar[tuple[str, ...]] = (*EnsembleStudy.meaning, "at")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("parameter", "estimate"),)
 
     along: common.Path = Field(description="path of the parameter over which the probability is computed")

@@ -15,7 +15,7 @@ from wucht.plots.curves import thin_curve
 from wucht.plots.time_courses import shown_until
 from wucht.studies.comparison.spec import Comparison
 from wucht.studies.comparison.variants import ComparedVariants, Variant
-from wucht.studies.registry import Study, study_of
+from wucht.studies.registry import study_of
 from wucht.studies.resource_limits import refuse_turns
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def failed_result(variant: Variant, failure: str) -> VariantResult:
 def variant_result(variant: Variant, result: xr.Dataset) -> VariantResult:
     """Return the result of a variant from the Dataset of its study."""
     kind = str(result.attrs["study"]) if variant.study_file is None else variant.study_file.spec.kind
-    spec, summary, failure = study_of(kind).spec, result.wucht.summary, str(result.attrs["failure"])
+    spec, summary, failure = study_of(kind).study, result.wucht.summary, str(result.attrs["failure"])
     outcome = str(summary.get("outcome") or ("failed" if failure else ""))
     numbers = _numbers_by_path(summary)
     units = {path: result.wucht.unit_at(path) for path in numbers} if result.wucht.quantities else {}
@@ -143,11 +143,11 @@ def _thin_both(x: np.ndarray, y: np.ndarray, until: float) -> tuple[np.ndarray, 
 
 @dataclass(frozen=True)
 class Case:
-    """Variant with its study and plan; without a plan it has a result, or a reason of refusal."""
+    """Variant with what its study has prepared; one that is not to run has a result, or a reason of refusal."""
 
     variant: Variant
-    study: Study | None
-    plan: Any
+    is_to_run: bool
+    prepared: Any
     refusal: str
 
 
@@ -171,7 +171,7 @@ def prepare(spec: Comparison, subject: ComparedVariants, watch: Callable[[], Non
             cases.append(_case(variant, watch))
         except InputError as error:
             errors.append(error)
-            cases.append(Case(variant, None, None, str(error)))
+            cases.append(Case(variant, False, None, str(error)))
     if errors and all(case.refusal for case in cases):
         raise errors[0]
     return Plan(spec, subject.title, tuple(cases))
@@ -180,20 +180,20 @@ def prepare(spec: Comparison, subject: ComparedVariants, watch: Callable[[], Non
 def _case(variant: Variant, watch: Callable[[], None] | None) -> Case:
     study_file = variant.study_file
     if study_file is None:
-        return Case(variant, None, None, variant.refusal)
-    study = study_of(study_file.spec.kind)
+        return Case(variant, False, None, variant.refusal)
     try:
         if variant.dimensionless:
             study_file.spec.refuse_units()
         refuse_turns(study_file.spec, study_file.subject)
-        return Case(variant, study, study.plan(study_file.spec, study_file.subject, watch), "")
+        return Case(variant, True, study_file.spec.prepare_watched(study_file.subject, watch or (lambda: None)), "")
     except InputError as error:
         raise error.with_file(study_file.path) from None
 
 
 def numbers(plan: Plan) -> float:
     """Return the largest number of values stored at once: one study runs after the other."""
-    return max((case.study.numbers(case.plan) for case in plan.cases if case.study is not None), default=0.0)
+    cases = [(case.variant.study_file, case.prepared) for case in plan.cases if case.is_to_run]
+    return max((file.spec.stored_numbers(prepared) for file, prepared in cases if file is not None), default=0.0)
 
 
 @dataclass(frozen=True)
@@ -218,12 +218,11 @@ def _run_case(case: Case, work: Work) -> VariantResult:
     variant = case.variant
     if variant.result is not None:
         return variant_result(variant, variant.result)
-    if case.study is None or variant.study_file is None:
+    if variant.study_file is None or not case.is_to_run:
         return failed_result(variant, case.refusal)
-    findings = None
     try:
-        for findings in case.study.run(case.plan, work):  # noqa: B007
+        for answer in variant.study_file.spec.solve(variant.study_file.subject, case.prepared, work):  # noqa: B007
             pass
-        return variant_result(variant, case.study.dataset(case.plan, findings))
+        return variant_result(variant, answer.to_dataset())
     except WuchtError as error:
         return failed_result(variant, str(error))

@@ -13,7 +13,7 @@ from wucht.schema import SI, Composite, TableModel, composite, si, validate_tabl
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.shared_keys import MachineSignalName, Woehler, woehler_validator
 from wucht.studies.single_run import SingleRun
-from wucht.studies.spec import Value
+from wucht.studies.spec import Spec, Value
 
 _SIGNALS = (
     "'displacement', 'spring-force', 'bearing-force' or 'acceleration' of a machine's run-up, or a record: "
@@ -42,7 +42,7 @@ def _signal(value: Any) -> Any:
     return value
 
 
-class LoadSpectrum(SingleRun):
+class LoadSpectrum(SingleRun, Spec):
     """Count the cycles of a load, in a machine's run-up or in a record: spectrum, range-mean matrix, damage."""
 
     kind: ClassVar[str] = "load-spectrum"

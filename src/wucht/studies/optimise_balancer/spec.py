@@ -10,7 +10,7 @@ from wucht.errors import InputError, nearest
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies import spec as common
 from wucht.studies.next_question import NextQuestion
-from wucht.studies.shared_keys import EnsembleSpec, Vary
+from wucht.studies.shared_keys import EnsembleStudy, Vary
 
 Objective = Literal["settling-time", "residual", "peak", "capture-probability"]
 OBJECTIVES: tuple[Objective, ...] = get_args(Objective)
@@ -44,7 +44,7 @@ Objectives = Annotated[tuple[Objective, ...], BeforeValidator(_objectives), Fiel
 BodyCounts = Annotated[tuple[int, ...], BeforeValidator(_bodies), Field(title="numbers of bodies to try")]
 
 
-class OptimiseBalancer(EnsembleSpec):
+class OptimiseBalancer(EnsembleStudy, common.Spec):
     """Optimise the number, mass, place and damping of the balancing bodies of a machine: a Pareto front.
 
     000, section 6: between oscillation and creep there is a damping with which bodies settle fastest.
@@ -57,7 +57,7 @@ class OptimiseBalancer(EnsembleSpec):
         NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),
     )
     without_inertia: ClassVar[bool] = False
-    meaning: ClassVar[tuple[str, ...]] = (*EnsembleSpec.meaning, "vary", "objectives")
+    meaning: ClassVar[tuple[str, ...]] = (*EnsembleStudy.meaning, "vary", "objectives")
     curves: ClassVar[tuple[tuple[str, str], ...]] = (("damping", "settling_time"),)
 
     vary: Composite[Vary] = composite(

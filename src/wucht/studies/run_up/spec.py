@@ -17,7 +17,7 @@ from wucht.studies.single_run import SingleRun
 MOST_RUNS = 500
 
 
-class RunUp(SingleRun):
+class RunUp(SingleRun, common.Spec):
     """Start the machine and follow its motion to the end.
 
     It runs ``until`` a time, for ``turns`` of the main rotor, or, without either, until it has ``settled``. Of equations of a

@@ -1,0 +1,98 @@
+"""The report of a result in words, from the Dataset alone.
+
+Its lines are data: a heading, a text, and texts for fields of it. Other fields are numbers of the summary by their paths, with
+formats of a few forms. A file may have been edited: what is no such line is left out, and a note says so.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from wucht.results.formatting import number_text
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_LINES = 200
+_FIELD = re.compile(r"\{([^{}:]+)(?::([^{}]*))?\}")
+_FORM = re.compile(r"(?:\.(?:\d|1[0-6])[gfe])?%?")
+_STEP = re.compile(r"\[(\d{1,9})\]|\.?([^.\[\]]+)")
+
+
+class _NoLineError(ValueError):
+    """Why an entry of a stored result is no line of its report."""
+
+
+def report_of(result: xr.Dataset) -> list[str]:
+    """Return the report of a result.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+
+    Returns
+    -------
+    list of str
+        Title, verdict, and a line for each entry. Of a result without lines, as earlier versions wrote it, the main numbers.
+    """
+    report = result.wucht.stored_report
+    entries: list[Any] = [*_main_numbers(result)] if report is None else report["lines"]
+    lines, faults = list[str](), list[str]()
+    for entry in entries[:MOST_LINES]:
+        try:
+            line = _line(result, entry)
+        except _NoLineError as fault:
+            faults.append(str(fault))
+        else:
+            lines += [] if line is None else [line]
+    if len(entries) > MOST_LINES:
+        faults += [f"at most {MOST_LINES} lines are read"] * (len(entries) - MOST_LINES)
+    if faults:
+        what = "a line that is" if len(faults) == 1 else f"{len(faults)} lines that are"
+        lines.append(_column_line("note", f"{what} left out cannot be read: {faults[0]}"))
+    verdict = (report or {}).get("verdict") or result.wucht.sentence
+    return [result.wucht.title, f"verdict: {verdict}", *lines]
+
+
+def _main_numbers(result: xr.Dataset) -> Iterator[tuple[str, str, dict[str, str]]]:
+    for path in result.wucht.headlines:
+        yield "", f"{{what}}: {{{path}}}", {"what": result.wucht.description_at(path)}
+
+
+def _column_line(heading: str, text: str) -> str:
+    return f"  {heading:13}{text}"
+
+
+def _line(result: xr.Dataset, entry: Any) -> str | None:
+    """Return a line; None if one of its numbers is None. Raises ``_NoLineError``."""
+    match entry:
+        case [str(heading), str(text), dict(texts)] if all(isinstance(one, str) for one in texts.values()):
+            pass
+        case _:
+            raise _NoLineError("a line is a heading, a text, and texts for its fields")
+    values = list[str | None]()
+
+    def fill_field(field: re.Match[str]) -> str:
+        values.append(texts[field[1]] if field[1] in texts else _number(result, field[1], field[2] or ""))
+        return values[-1] or ""
+
+    filled_text = _FIELD.sub(fill_field, text)
+    return None if None in values else _column_line(heading, filled_text)
+
+
+def _number(result: xr.Dataset, path: str, form: str) -> str | None:
+    """Return a number of the summary in words; None for None. Raises ``_NoLineError``."""
+    value: Any = result.wucht.summary
+    for index, name in _STEP.findall(path):
+        try:
+            value = None if value is None else value[int(index) if index else name]
+        except (LookupError, TypeError):
+            raise _NoLineError(f"{path!r} is no number of the summary") from None
+    if _FORM.fullmatch(form) is None:
+        raise _NoLineError(f"{form[:20]!r} is no format; allowed are .4g, .4f, .1e with at most 16 digits, and %")
+    try:
+        return number_text(value, result.wucht.unit_at(path), form, result.wucht.dimensionless)
+    except (TypeError, ValueError):
+        raise _NoLineError(f"{path!r} is no number") from None

@@ -1,0 +1,178 @@
+"""The answer of a study: its numbers, curves and tables, and the lines and sentences in which people read it.
+
+A number is stated once, with the line that shows it beside it. The Dataset, the summary with the units of its numbers, the
+report, tables, CSV files and the pages of the docs follow from the answer.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from wucht.machines.structure import Units
+from wucht.results.quantities import Quantity, StudyResult
+from wucht.results.store import to_json
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+T = TypeVar("T")
+Column = tuple[Any, ...]  # values, name in words, unit
+
+
+class Answer:
+    """The answer of a study, as far as it is known.
+
+    A unit is SI, or a kind of quantity, ``time``, ``length``, ``torque``, ``power``, ``energy``, ``force`` or ``speed``, whose
+    unit is that of the subject, and empty where that has none; ``1/time`` likewise. A ratio, a count or a word has none.
+
+    Parameters
+    ----------
+    units : Units, optional
+        Units of the subject, ``machine.units``; by default SI.
+
+    Attributes
+    ----------
+    sentence : str
+        The answer in one sentence.
+    verdict : str, optional
+        What the report says in its place.
+    failure : str, optional
+        Reason why the answer is not complete.
+    """
+
+    def __init__(self, units: Units | None = None) -> None:
+        self.sentence = ""
+        self.verdict: str | None = None
+        self.failure: str | None = None
+        self._units = units or Units()
+        self._quantities: list[Quantity] = []
+        self._lines: list[tuple[str, str, dict[str, str]]] = []
+        self._warnings: list[str] = []
+        self._assumptions: list[str] = []
+        self._attributes: dict[str, Any] = {}
+
+    def number(self, name: str, value: T, what: str, unit: str = "", **facts: Any) -> T:
+        """State a number of the summary, and return it.
+
+        Parameters
+        ----------
+        name : str
+            Its key.
+        value : number, text, list or mapping
+            None if there is none.
+        what : str
+            Its name in words, a noun phrase.
+        unit : str
+            Of a list or a table that of all its numbers.
+        facts
+            ``headline``: true if it is among the main numbers of a comparison, of a table their names; ``parts``: of a table,
+            or a list of such, name in words and unit of each of its keys.
+        """
+        self._quantities.append(Quantity(name, value, what, self.unit(unit), **facts))
+        return value
+
+    def curve(self, name: str, values: Any, what: str, unit: str = "", over: str | None = None, **facts: Any) -> None:
+        """State a variable of the Dataset.
+
+        Parameters
+        ----------
+        name, what, unit
+            As of ``number``.
+        values : array, list or number
+        over : str, optional
+            Its dimensions, separated by blanks; empty for a single number; by default it is a coordinate over itself.
+        facts
+            ``coordinate``, true of a coordinate over another dimension; ``in_summary``, true of a key of the summary as well;
+            ``attributes``, further attributes of the variable; ``headline`` and ``parts`` as of ``number``.
+        """
+        self._quantities.append(Quantity(name, values, what, self.unit(unit), name if over is None else over, **facts))
+
+    def table(
+        self,
+        name: str,
+        what: str,
+        over: str = "",
+        kinds: Mapping[str, type] | None = None,
+        headline: Sequence[str] = (),
+        **columns: Column,
+    ) -> None:
+        """State a list of tables of the summary, whose columns may be variables of the Dataset as well.
+
+        Parameters
+        ----------
+        name, what
+            As of ``number``.
+        over : str, optional
+            Dimension of the variables, whose names begin with it: the column ``speed`` over ``point`` is ``point_speed``.
+        kinds : mapping, optional
+            The columns that are variables, and their types: ``float`` (None is not a number), ``str``, ``np.int8`` (flags). By
+            default all, with the types of their values.
+        headline : sequence of str
+            Columns that are among the main numbers of a comparison.
+        columns
+            Values, name in words and unit of each column.
+        """
+        plain = {name: v.tolist() if isinstance(v, np.ndarray) else list(v) for name, (v, *_) in columns.items()}
+        rows = [dict(zip(plain, row, strict=True)) for row in zip(*plain.values(), strict=True)]
+        parts = {column: (words, self.unit(*unit)) for column, (_, words, *unit) in columns.items()}
+        self._quantities.append(Quantity(name, rows, what, parts=parts, headline=headline or False))
+        for column, (values, words, *unit) in columns.items() if over else ():
+            if kinds is None or column in kinds:
+                of_kind = np.asarray(values) if kinds is None else np.array(plain[column], kinds[column])
+                self.curve(f"{over}_{column}", of_kind, words, "".join(unit), over)
+
+    def add(self, quantities: Iterable[Quantity]) -> None:
+        """State quantities that several studies share."""
+        self._quantities += quantities
+
+    def line(self, heading: str, text: str, at: str = "", **texts: str) -> None:
+        """Add a line to the report. It is left out if one of its numbers is None.
+
+        Parameters
+        ----------
+        heading : str
+            Text in the column beside it.
+        text : str
+            With fields: ``{breakdown.speed}``, a number of the summary by its path, with its unit; ``{jumps[0].speed}``, of a
+            list; ``{slip:%}``, a share in percent; ``{turns:.3g}``, with a format, ``.Ng``, ``.Nf``, ``.Ne``, and ``%`` after
+            them. Numbers of a table are listed with their names.
+        at : str, optional
+            Path before those of the fields, such as ``jumps[0]``.
+        texts
+            Texts for fields of these names.
+        """
+        if at:
+            text = re.sub(r"\{([\w.]+)", lambda field: field[0] if field[1] in texts else f"{{{at}.{field[1]}", text)
+        self._lines.append((heading, text, texts))
+
+    def warn(self, *sentences: str) -> None:
+        """Add doubts."""
+        self._warnings += sentences
+
+    def assume(self, *statements: str) -> None:
+        """Add assumptions, beside those that all studies of these equations make."""
+        self._assumptions += statements
+
+    def attribute(self, **attributes: Any) -> None:
+        """Add attributes of the Dataset: texts and numbers."""
+        self._attributes |= attributes
+
+    def unit(self, unit: str = "") -> str:
+        """Return the unit of a kind of quantity, ``time`` or ``1/time``; any other text is a unit itself."""
+        kind = unit.removeprefix("1/")
+        if not hasattr(self._units, kind):
+            return unit
+        subject_unit: str = getattr(self._units, kind)
+        return unit.replace(kind, subject_unit) if subject_unit else ""
+
+    def to_dataset(self, base: xr.Dataset | None = None) -> xr.Dataset:
+        """Return the Dataset; given one with the variables, a copy of it with the attributes. See ``StudyResult``."""
+        lines = to_json({"verdict": self.verdict, "lines": self._lines}, indent=None)
+        attributes = self._attributes | {"lines": lines}
+        return StudyResult(
+            self._quantities, self.sentence, self._warnings, self._assumptions, self.failure, attributes
+        ).to_dataset(base)
