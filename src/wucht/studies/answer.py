@@ -141,13 +141,13 @@ class Answer:
             list; ``{slip:%}``, a share in percent; ``{turns:.3g}``, with a format, ``.Ng``, ``.Nf``, ``.Ne``, and ``%`` after
             them. Numbers of a table are listed with their names.
         at : str, optional
-            Path before those of the fields, such as ``jumps[0]``.
+            Path before those of the fields, such as ``jumps[0]``; of a list that is stated, ``jumps``, a line for each item.
         texts
             Texts for fields of these names.
         """
-        if at:
-            text = re.sub(r"\{([\w.]+)", lambda field: field[0] if field[1] in texts else f"{{{at}.{field[1]}", text)
-        self._lines.append((heading, text, texts))
+        items = next((q.value for q in self._quantities if q.name == at and isinstance(q.value, list)), None)
+        for path in [at] if items is None else [f"{at}[{k}]" for k in range(len(items))]:
+            self._lines.append((heading, _at_path(text, path, texts) if path else text, texts))
 
     def warn(self, *sentences: str) -> None:
         """Add doubts."""
@@ -176,3 +176,8 @@ class Answer:
         return StudyResult(
             self._quantities, self.sentence, self._warnings, self._assumptions, self.failure, attributes
         ).to_dataset(base)
+
+
+def _at_path(text: str, path: str, texts: Mapping[str, str]) -> str:
+    """A text with a path before those of its fields, but for fields of texts."""
+    return re.sub(r"\{([^{}:]+)", lambda field: field[0] if field[1] in texts else f"{{{path}.{field[1]}", text)
