@@ -7,7 +7,7 @@ report, tables, CSV files and the pages of the docs follow from the answer.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -33,6 +33,8 @@ class Answer:
     ----------
     units : Units, optional
         Units of the subject, ``machine.units``; by default SI.
+    fill : callable, optional
+        Called with the answer once it is needed, and states it: of the answers after each leg of a run most never are.
 
     Attributes
     ----------
@@ -44,11 +46,12 @@ class Answer:
         Reason why the answer is not complete.
     """
 
-    def __init__(self, units: Units | None = None) -> None:
+    def __init__(self, units: Units | None = None, fill: Callable[[Answer], object] | None = None) -> None:
         self.sentence = ""
         self.verdict: str | None = None
         self.failure: str | None = None
         self._units = units or Units()
+        self._fill = fill
         self._quantities: list[Quantity] = []
         self._lines: list[tuple[str, str, dict[str, str]]] = []
         self._warnings: list[str] = []
@@ -171,6 +174,9 @@ class Answer:
 
     def to_dataset(self, base: xr.Dataset | None = None) -> xr.Dataset:
         """Return the Dataset; given one with the variables, a copy of it with the attributes. See ``StudyResult``."""
+        if self._fill is not None:
+            fill, self._fill = self._fill, None
+            fill(self)
         lines = to_json({"verdict": self.verdict, "lines": self._lines}, indent=None)
         attributes = self._attributes | {"lines": lines}
         return StudyResult(
