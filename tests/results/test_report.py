@@ -55,6 +55,20 @@ def test_fields_are_numbers_of_the_summary_with_their_units(text: str, line: str
     assert filled(text) == line
 
 
+def test_numbers_and_lines_within_a_table_are_its_own() -> None:
+    a = answer()
+    with a.group("loads", "loads"):
+        a.number("largest", 5.0, "largest load", "force")
+        with a.group("inner", "of the inside"):
+            a.number("torque", 7.0, "torque", "torque")
+            a.line("inside", "{torque}, {word}", word="{braces}")
+        a.line("loads", "{largest}, {inner.torque}")
+    result = a.to_dataset().assign_attrs(title="A machine", dimensionless=0)
+    assert result.wucht.summary["loads"] == {"largest": 5.0, "inner": {"torque": 7.0}}
+    assert [result.wucht.unit_at(path) for path in ("loads.largest", "loads.inner.torque")] == ["N", "N m"]
+    assert [line.split(maxsplit=1)[1] for line in report_of(result)[2:]] == ["7 N m, {braces}", "5 N, 7 N m"]
+
+
 def test_a_subject_without_units_has_none() -> None:
     assert filled("{speed}, {forces.a}", PLAIN) == "100, 3"
 

@@ -7,13 +7,14 @@ report, tables, CSV files and the pages of the docs follow from the answer.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from wucht.machines.structure import Units
-from wucht.results.quantities import Quantity, StudyResult
+from wucht.results.quantities import Quantity, StudyResult, group
 from wucht.results.store import to_json
 
 if TYPE_CHECKING:
@@ -53,6 +54,7 @@ class Answer:
         self._units = units or Units()
         self._fill = fill
         self._quantities: list[Quantity] = []
+        self._path = ""
         self._lines: list[tuple[str, str, dict[str, str]]] = []
         self._warnings: list[str] = []
         self._assumptions: list[str] = []
@@ -128,6 +130,15 @@ class Answer:
                 of_kind = np.asarray(values) if kinds is None else np.array(plain[column], kinds[column])
                 self.curve(f"{over}_{column}", of_kind, words, "".join(unit), over)
 
+    @contextmanager
+    def group(self, name: str, what: str) -> Iterator[None]:
+        """State a table of the summary: within it the numbers are its keys, and the fields of lines are these numbers."""
+        quantities, path = self._quantities, self._path
+        self._quantities, self._path = [], f"{path}.{name}".strip(".")
+        yield
+        quantities.append(group(name, self._quantities, what))
+        self._quantities, self._path = quantities, path
+
     def add(self, quantities: Iterable[Quantity]) -> None:
         """State quantities that several studies share."""
         self._quantities += quantities
@@ -150,7 +161,8 @@ class Answer:
         """
         items = next((q.value for q in self._quantities if q.name == at and isinstance(q.value, list)), None)
         for path in [at] if items is None else [f"{at}[{k}]" for k in range(len(items))]:
-            self._lines.append((heading, _at_path(text, path, texts) if path else text, texts))
+            within = ".".join(filter(None, (self._path, path)))
+            self._lines.append((heading, _at_path(text, within, texts) if within else text, texts))
 
     def warn(self, *sentences: str) -> None:
         """Add doubts."""
