@@ -7,7 +7,7 @@ report, tables, CSV files and the pages of the docs follow from the answer.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -33,6 +33,8 @@ class Answer:
     ----------
     units : Units, optional
         Units of the subject, ``machine.units``; by default SI.
+    fill : callable, optional
+        Called with the answer once it is needed, and states it: of the answers after each leg of a run most never are.
 
     Attributes
     ----------
@@ -44,11 +46,12 @@ class Answer:
         Reason why the answer is not complete.
     """
 
-    def __init__(self, units: Units | None = None) -> None:
+    def __init__(self, units: Units | None = None, fill: Callable[[Answer], object] | None = None) -> None:
         self.sentence = ""
         self.verdict: str | None = None
         self.failure: str | None = None
         self._units = units or Units()
+        self._fill = fill
         self._quantities: list[Quantity] = []
         self._lines: list[tuple[str, str, dict[str, str]]] = []
         self._warnings: list[str] = []
@@ -141,13 +144,13 @@ class Answer:
             list; ``{slip:%}``, a share in percent; ``{turns:.3g}``, with a format, ``.Ng``, ``.Nf``, ``.Ne``, and ``%`` after
             them. Numbers of a table are listed with their names.
         at : str, optional
-            Path before those of the fields, such as ``jumps[0]``.
+            Path before those of the fields, such as ``jumps[0]``; of a list that is stated, ``jumps``, a line for each item.
         texts
             Texts for fields of these names.
         """
-        if at:
-            text = re.sub(r"\{([\w.]+)", lambda field: field[0] if field[1] in texts else f"{{{at}.{field[1]}", text)
-        self._lines.append((heading, text, texts))
+        items = next((q.value for q in self._quantities if q.name == at and isinstance(q.value, list)), None)
+        for path in [at] if items is None else [f"{at}[{k}]" for k in range(len(items))]:
+            self._lines.append((heading, _at_path(text, path, texts) if path else text, texts))
 
     def warn(self, *sentences: str) -> None:
         """Add doubts."""
@@ -171,8 +174,16 @@ class Answer:
 
     def to_dataset(self, base: xr.Dataset | None = None) -> xr.Dataset:
         """Return the Dataset; given one with the variables, a copy of it with the attributes. See ``StudyResult``."""
+        if self._fill is not None:
+            fill, self._fill = self._fill, None
+            fill(self)
         lines = to_json({"verdict": self.verdict, "lines": self._lines}, indent=None)
         attributes = self._attributes | {"lines": lines}
         return StudyResult(
             self._quantities, self.sentence, self._warnings, self._assumptions, self.failure, attributes
         ).to_dataset(base)
+
+
+def _at_path(text: str, path: str, texts: Mapping[str, str]) -> str:
+    """A text with a path before those of its fields, but for fields of texts."""
+    return re.sub(r"\{([^{}:]+)", lambda field: field[0] if field[1] in texts else f"{{{path}.{field[1]}", text)

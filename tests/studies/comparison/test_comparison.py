@@ -272,7 +272,7 @@ def test_every_study_has_the_curves_and_numbers_that_it_names(here: Path, kind: 
     Path("study.toml").write_text(studies()[kind].template, encoding="utf-8")
     result = package.run_file("study.toml", folder=here / "out")
     one = package.compare(["out", "out/result.nc"])
-    spec = studies()[kind].spec
+    spec = studies()[kind].study
     drawn = {n for n in one.variables if str(n).startswith("curve_")}
     assert len(drawn) == 2 * len(spec.curves)
     for name in result.wucht.headlines:  # of a table one of its names, none of which need be there
