@@ -10,11 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.hand_made import answered, five_functions, titled, variable, with_answer
+from tests.hand_made import answered, titled, variable
 from tests.refusals import refused
 
-import wucht
-from wucht.files.building import machine_from
 from wucht.results.quantities import Quantity, StudyResult
 from wucht.studies.registry import study_of
 from wucht.studies.run_up import combined_runs
@@ -28,28 +26,6 @@ def lines(kind: str, dimensionless: bool = False, data: Any = None, /, **summary
     made = titled(answered(xr.Dataset(data or {}), summary, dimensionless=dimensionless), dimensionless)
     told: list[str] = study_of(kind).report(made)
     return told
-
-
-def test_a_torque_balance() -> None:
-    rotor = {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 1e-2, "inertia": 1.5e-2}
-    drive = {"kind": "linear", "slope": 0.5, "no_load_speed": 110.0}
-    machine = machine_from({"carrier": {"stiffness": 1e4, "damping": 40.0}, "bodies": [rotor], "drive": drive})
-    result = wucht.run(wucht.TorqueBalance(), machine)
-    point = result.wucht.summary["working_points"][0] | {
-        "speed": 10.0, "torque": 1.25, "stable": True, "reached_from_rest": None, "tangential": False, "slip": 0.025,
-        "slope": 0.5, "no_load_speed": 20.0,
-    }  # fmt: skip
-
-    def told(of: xr.Dataset = result, **other: Any) -> str:
-        report: list[str] = five_functions("torque-balance").report(with_answer(of, working_points=[point | other]))
-        return report[2]
-
-    assert told() == f"  stable       {AT}: 1.25 N m, slip 2.5 %; drive there like 0.5 N m s from 20 rad/s (191 rpm)"
-    assert told(slip=None, slope=None) == f"  stable       {AT}: 1.25 N m; held by the drive's controller"
-    assert told(no_load_speed=None, stable=False).endswith("; drive of constant torque there")
-    assert told(stable=False).startswith("  unstable ") and told(stable=False, tangential=True).startswith("  touching ")
-    bare = "  stable       10: 1.25, slip 2.5 %; drive there like 0.5 from 20"
-    assert told(result.assign_attrs(dimensionless=1)) == bare
 
 
 def test_a_map_of_basins() -> None:

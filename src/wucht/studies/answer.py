@@ -100,6 +100,7 @@ class Answer:
         self,
         name: str,
         what: str,
+        /,
         over: str = "",
         kinds: Mapping[str, type] | None = None,
         headline: Sequence[str] = (),
@@ -119,15 +120,16 @@ class Answer:
         headline : sequence of str
             Columns that are among the main numbers of a comparison.
         columns
-            Values, name in words and unit of each column.
+            Values, name in words and unit of each column. One that is empty beside others is not in the rows: it is only
+            described.
         """
-        plain = {name: v.tolist() if isinstance(v, np.ndarray) else list(v) for name, (v, *_) in columns.items()}
+        plain = {name: v.tolist() if isinstance(v, np.ndarray) else list(v) for name, (v, *_) in columns.items() if len(v)}
         rows = [dict(zip(plain, row, strict=True)) for row in zip(*plain.values(), strict=True)]
         parts = {column: (words, self.unit(*unit)) for column, (_, words, *unit) in columns.items()}
         self._quantities.append(Quantity(name, rows, what, parts=parts, headline=headline or False))
         for column, (values, words, *unit) in columns.items() if over else ():
             if kinds is None or column in kinds:
-                of_kind = np.asarray(values) if kinds is None else np.array(plain[column], kinds[column])
+                of_kind = np.asarray(values) if kinds is None else np.array(plain.get(column, []), kinds[column])
                 self.curve(f"{over}_{column}", of_kind, words, "".join(unit), over)
 
     @contextmanager
