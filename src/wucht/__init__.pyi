@@ -27,7 +27,7 @@ from .studies.cam_prediction.spec import CamPrediction as CamPrediction
 from .studies.capture_probability.spec import CaptureProbability as CaptureProbability
 from .studies.coast_down import CoastDown as CoastDown
 from .studies.comparison.study import Comparison as Comparison
-from .studies.drive_failure.spec import DriveFailure as DriveFailure
+from .studies.drive_failure import DriveFailure as DriveFailure
 from .studies.entrainment.spec import Entrainment as Entrainment
 from .studies.exciter_design.spec import ExciterDesign as ExciterDesign
 from .studies.failure_detection.spec import FailureDetection as FailureDetection
@@ -48,7 +48,7 @@ from .studies.stability_map.spec import StabilityMap as StabilityMap
 from .studies.start_stop import StartStop as StartStop
 from .studies.study_file import compare as compare
 from .studies.study_file import run_file as run_file
-from .studies.sweep.spec import Sweep as Sweep
+from .studies.sweep.study import Sweep as Sweep
 from .studies.synchronous_states.spec import SynchronousStates as SynchronousStates
 from .studies.torque_balance import TorqueBalance as TorqueBalance
 from .studies.voltage_dip.spec import VoltageDip as VoltageDip

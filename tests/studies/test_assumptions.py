@@ -79,7 +79,7 @@ def test_own_equations() -> None:
 
 @pytest.mark.parametrize("kind", [kind for kind, study in studies().items() if study.package.startswith("wucht.")])
 def test_no_study_keeps_its_equations_to_itself(kind: str) -> None:
-    spec = studies()[kind].spec
+    spec = studies()[kind].study
     assert spec.solves or "model" in spec.model_fields or "equations" in vars(spec) or kind in SAYS_BY_ITS_DATASET
 
 
