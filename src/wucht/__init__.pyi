@@ -26,7 +26,7 @@ from .studies.cam_law import CamLaw as CamLaw
 from .studies.cam_prediction.spec import CamPrediction as CamPrediction
 from .studies.capture_probability.spec import CaptureProbability as CaptureProbability
 from .studies.coast_down import CoastDown as CoastDown
-from .studies.comparison.spec import Comparison as Comparison
+from .studies.comparison.study import Comparison as Comparison
 from .studies.drive_failure import DriveFailure as DriveFailure
 from .studies.entrainment.spec import Entrainment as Entrainment
 from .studies.exciter_design.spec import ExciterDesign as ExciterDesign

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from wucht import Comparison
 from wucht.errors import InputError
 from wucht.studies.activation.spec import Activation
 from wucht.studies.approximation.spec import Approximation
@@ -17,7 +18,6 @@ from wucht.studies.cam_law import CamLaw
 from wucht.studies.cam_prediction.spec import CamPrediction
 from wucht.studies.capture_probability.spec import CaptureProbability
 from wucht.studies.coast_down import CoastDown
-from wucht.studies.comparison.spec import Comparison
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.exciter_design.spec import ExciterDesign
 from wucht.studies.failure_detection.spec import FailureDetection
