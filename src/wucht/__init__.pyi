@@ -36,7 +36,7 @@ from .studies.load_spectrum.study import LoadSpectrum as LoadSpectrum
 from .studies.optimise_balancer.spec import OptimiseBalancer as OptimiseBalancer
 from .studies.orbit_branch.spec import OrbitBranch as OrbitBranch
 from .studies.phase_portrait.spec import PhasePortrait as PhasePortrait
-from .studies.response.spec import Response as Response
+from .studies.response.study import Response as Response
 from .studies.run_up.spec import RunUp as RunUp
 from .studies.runner import draw as draw
 from .studies.runner import export as export
@@ -51,7 +51,7 @@ from .studies.study_file import run_file as run_file
 from .studies.sweep.study import Sweep as Sweep
 from .studies.synchronous_states.spec import SynchronousStates as SynchronousStates
 from .studies.torque_balance import TorqueBalance as TorqueBalance
-from .studies.voltage_dip.spec import VoltageDip as VoltageDip
+from .studies.voltage_dip.study import VoltageDip as VoltageDip
 from .system import System as System
 from .web.live_widget import live as live
 
