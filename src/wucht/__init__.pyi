@@ -37,7 +37,7 @@ from .studies.optimise_balancer.spec import OptimiseBalancer as OptimiseBalancer
 from .studies.orbit_branch.spec import OrbitBranch as OrbitBranch
 from .studies.phase_portrait.spec import PhasePortrait as PhasePortrait
 from .studies.response.study import Response as Response
-from .studies.run_up.spec import RunUp as RunUp
+from .studies.run_up.study import RunUp as RunUp
 from .studies.runner import draw as draw
 from .studies.runner import export as export
 from .studies.runner import load as load

@@ -22,7 +22,7 @@ from wucht.studies.load_spectrum.study import LoadSpectrum
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.registry import studies
 from wucht.studies.response.study import Response
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, report, run
 from wucht.studies.spec import AVERAGED_EQUATIONS, FULL_EQUATIONS, Spec
 from wucht.studies.speed_curve.spec import SpeedCurve

@@ -26,7 +26,7 @@ from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.orbit_branch.spec import OrbitBranch
 from wucht.studies.phase_portrait.spec import PhasePortrait
 from wucht.studies.response.study import Response
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.speed_curve.spec import SpeedCurve
 from wucht.studies.stability_map.spec import StabilityMap
 from wucht.studies.sweep.study import Sweep

@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 import xarray as xr
 from tests.hand_made import answered, titled, variable
 from tests.refusals import refused
 
-from wucht.results.quantities import Quantity, StudyResult
 from wucht.studies.registry import study_of
-from wucht.studies.run_up import combined_runs
-from wucht.studies.run_up.combined_runs import join_models
 from wucht.studies.shared_keys import Woehler, woehler_line, woehler_validator
 
 AT = "10 rad/s (95 rpm)"
@@ -84,27 +78,3 @@ def test_woehler_lines() -> None:
     for knee in ("0 mm", "-1 mm"):
         with refused("study.woehler.SD", "greater than 0", given=knee):
             woehler_line(read({"k": 5, "ND": 1e6, "SD": knee}), "m", "study.woehler")
-
-
-def test_an_averaged_run_that_fails_is_a_warning_of_the_full_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    speed, radius = (
-        Quantity("speed", [[1.0, 2.0, 3.0]], "speed", "rad/s", "body time"),
-        Quantity("radius", [0.0] * 3, "r", "m", "time"),
-    )
-    full = StudyResult([speed, radius], "full", ["w"])
-    slow = StudyResult([replace(speed, value=[[5.0, 6.0]]), replace(radius, value=[7.0, 8.0])], "slow", failure="it burst")
-    motions = [SimpleNamespace(), SimpleNamespace()]
-    assert join_models(motions[:1], [full]) is full  # type: ignore[arg-type]
-    monkeypatch.setattr(combined_runs, "compared_motion", lambda motion: None)
-    for name in ("deviations_by_angle", "deviations_by_phase"):
-        monkeypatch.setattr(combined_runs, name, lambda *courses: None)
-    both = join_models(motions, [full, slow])  # type: ignore[arg-type]
-    assert both.warnings == ["w", "averaged equations: it burst"]
-    assert both.attributes == {"model": "both"}
-    result = both.to_dataset()
-    assert result.slow_speed.values[0, :2].tolist() == [5.0, 6.0]
-    assert np.isnan(result.slow_speed.values[0, 2])
-    assert result.slow_radius.dims == ("time",)
-    assert result.slow_speed.attrs == {"long_name": "speed, averaged equations", "units": "rad/s"}
-    assert result.wucht.summary["slow"] == {"sentence": "slow"}
-    assert result.wucht.summary["deviations"] == {"at_equal_angle": None, "at_equal_phase": None}

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -186,16 +187,18 @@ class Answer:
         subject_unit: str = getattr(self._units, kind)
         return unit.replace(kind, subject_unit) if subject_unit else ""
 
-    def to_dataset(self, base: xr.Dataset | None = None) -> xr.Dataset:
-        """Return the Dataset; given one with the variables, a copy of it with the attributes. See ``StudyResult``."""
+    def result(self) -> StudyResult:
+        """Return all that is stated: for a study that joins or compares several answers."""
         if self._fill is not None:
             fill, self._fill = self._fill, None
             fill(self)
+        return StudyResult(self._quantities, self.sentence, self._warnings, self._assumptions, self.failure, self._attributes)
+
+    def to_dataset(self, base: xr.Dataset | None = None) -> xr.Dataset:
+        """Return the Dataset; given one with the variables, a copy of it with the attributes. See ``StudyResult``."""
+        result = self.result()
         lines = to_json({"verdict": self.verdict, "lines": self._lines}, indent=None)
-        attributes = self._attributes | {"lines": lines}
-        return StudyResult(
-            self._quantities, self.sentence, self._warnings, self._assumptions, self.failure, attributes
-        ).to_dataset(base)
+        return replace(result, attributes={**result.attributes, "lines": lines}).to_dataset(base)
 
 
 def _at_path(text: str, path: str, texts: Mapping[str, str]) -> str:

@@ -21,7 +21,7 @@ from wucht.results.spreadsheets import save_csv
 from wucht.studies.basin import computation as running
 from wucht.studies.basin.computation import VARIABLES, prepare
 from wucht.studies.basin.spec import Basin
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, load, report
 from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study

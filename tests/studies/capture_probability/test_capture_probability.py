@@ -19,7 +19,7 @@ from wucht.machines.machine import Machine
 from wucht.studies.capture_probability import computation as running
 from wucht.studies.capture_probability.computation import prepare
 from wucht.studies.capture_probability.spec import CaptureProbability
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, load, report
 from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study

@@ -25,7 +25,7 @@ from wucht.numerics.flow.integration import integrate as integrated
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.studies import coast_down as module
 from wucht.studies.coast_down import CoastDown, prepare
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
 
