@@ -31,8 +31,8 @@ from .studies.drive_failure import DriveFailure as DriveFailure
 from .studies.entrainment.spec import Entrainment as Entrainment
 from .studies.exciter_design.spec import ExciterDesign as ExciterDesign
 from .studies.failure_detection.spec import FailureDetection as FailureDetection
-from .studies.load_spectrum.computation import Records as Records
-from .studies.load_spectrum.spec import LoadSpectrum as LoadSpectrum
+from .studies.load_spectrum.load_records import Records as Records
+from .studies.load_spectrum.study import LoadSpectrum as LoadSpectrum
 from .studies.optimise_balancer.spec import OptimiseBalancer as OptimiseBalancer
 from .studies.orbit_branch.spec import OrbitBranch as OrbitBranch
 from .studies.phase_portrait.spec import PhasePortrait as PhasePortrait

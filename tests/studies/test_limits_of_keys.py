@@ -21,7 +21,7 @@ from wucht.studies.coast_down import CoastDown
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.exciter_design.spec import ExciterDesign
 from wucht.studies.failure_detection.spec import FailureDetection
-from wucht.studies.load_spectrum.spec import LoadSpectrum
+from wucht.studies.load_spectrum.study import LoadSpectrum
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.orbit_branch.spec import OrbitBranch
 from wucht.studies.phase_portrait.spec import PhasePortrait
