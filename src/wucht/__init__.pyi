@@ -28,7 +28,7 @@ from .studies.capture_probability.spec import CaptureProbability as CaptureProba
 from .studies.coast_down import CoastDown as CoastDown
 from .studies.comparison.study import Comparison as Comparison
 from .studies.drive_failure import DriveFailure as DriveFailure
-from .studies.entrainment.spec import Entrainment as Entrainment
+from .studies.entrainment.study import Entrainment as Entrainment
 from .studies.exciter_design.spec import ExciterDesign as ExciterDesign
 from .studies.failure_detection.spec import FailureDetection as FailureDetection
 from .studies.load_spectrum.load_records import Records as Records

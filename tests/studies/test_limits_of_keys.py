@@ -18,7 +18,7 @@ from wucht.studies.cam_law import CamLaw
 from wucht.studies.cam_prediction.spec import CamPrediction
 from wucht.studies.capture_probability.spec import CaptureProbability
 from wucht.studies.coast_down import CoastDown
-from wucht.studies.entrainment.spec import Entrainment
+from wucht.studies.entrainment.study import Entrainment
 from wucht.studies.exciter_design.spec import ExciterDesign
 from wucht.studies.failure_detection.spec import FailureDetection
 from wucht.studies.load_spectrum.study import LoadSpectrum
