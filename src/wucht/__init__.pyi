@@ -51,7 +51,7 @@ from .studies.study_file import run_file as run_file
 from .studies.sweep.study import Sweep as Sweep
 from .studies.synchronous_states.spec import SynchronousStates as SynchronousStates
 from .studies.torque_balance import TorqueBalance as TorqueBalance
-from .studies.voltage_dip.spec import VoltageDip as VoltageDip
+from .studies.voltage_dip.study import VoltageDip as VoltageDip
 from .system import System as System
 from .web.live_widget import live as live
 
