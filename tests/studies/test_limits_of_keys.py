@@ -15,7 +15,7 @@ from wucht.studies.cam_contour.spec import CamContour
 from wucht.studies.cam_correction.spec import CamCorrection
 from wucht.studies.cam_law import CamLaw
 from wucht.studies.cam_prediction.spec import CamPrediction
-from wucht.studies.capture_probability.spec import CaptureProbability
+from wucht.studies.capture_probability.study import CaptureProbability
 from wucht.studies.coast_down import CoastDown
 from wucht.studies.comparison.spec import Comparison
 from wucht.studies.entrainment.spec import Entrainment
