@@ -162,9 +162,9 @@ def _used_by(module: str, name: str, own: str) -> set[str]:
 def test_what_a_function_uses_is_followed_into_what_it_calls() -> None:
     """The next test would not notice much, were it not so."""
     module = "wucht.studies.torque_balance"
-    assert "wucht.dynamics.work" in _used_by(module, "run", module)
-    assert "wucht.analysis.working_points" in _used_by(module, "prepare", module)
-    assert "wucht.results.formatting" in _used_by(module, "report", module)
+    assert "wucht.dynamics.work" in _used_by(module, "TorqueBalance.solve", module)
+    assert "wucht.analysis.working_points" in _used_by(module, "TorqueBalance.prepare", module)
+    assert "wucht.results.formatting" in _used_by(module, "TorqueBalance.draw", module)
 
 
 @pytest.mark.parametrize("study", STUDIES)

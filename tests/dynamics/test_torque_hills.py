@@ -20,7 +20,7 @@ from wucht.dynamics.torque_hills import TorqueHills, unavailability_reason
 from wucht.errors import InputError
 from wucht.files.catalogue import load_document, names
 from wucht.machines.operation import free_speed
-from wucht.studies.torque_balance import TorqueBalance, prepare
+from wucht.studies.torque_balance import TorqueBalance
 
 POINTS = 100
 FAMILIES = [
@@ -109,7 +109,7 @@ def test_hills_are_there_where_the_study_has_its_balance() -> None:
     for name in machine_names():
         machine, _ = machine_at_start(name)
         try:
-            prepare(TorqueBalance(bodies="held"), machine)
+            TorqueBalance(bodies="held").prepare(machine)
             is_defined = True
         except InputError:
             is_defined = False

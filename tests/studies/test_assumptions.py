@@ -21,7 +21,7 @@ from wucht.studies.load_spectrum.computation import Records
 from wucht.studies.load_spectrum.spec import LoadSpectrum
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.registry import studies
-from wucht.studies.response.spec import Response
+from wucht.studies.response.study import Response
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, report, run
 from wucht.studies.spec import AVERAGED_EQUATIONS, FULL_EQUATIONS, Spec
@@ -79,7 +79,7 @@ def test_own_equations() -> None:
 
 @pytest.mark.parametrize("kind", [kind for kind, study in studies().items() if study.package.startswith("wucht.")])
 def test_no_study_keeps_its_equations_to_itself(kind: str) -> None:
-    spec = studies()[kind].spec
+    spec = studies()[kind].study
     assert spec.solves or "model" in spec.model_fields or "equations" in vars(spec) or kind in SAYS_BY_ITS_DATASET
 
 

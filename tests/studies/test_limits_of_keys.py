@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from wucht import Comparison
 from wucht.errors import InputError
 from wucht.studies.activation.spec import Activation
 from wucht.studies.approximation.spec import Approximation
@@ -17,7 +18,6 @@ from wucht.studies.cam_law import CamLaw
 from wucht.studies.cam_prediction.spec import CamPrediction
 from wucht.studies.capture_probability.study import CaptureProbability
 from wucht.studies.coast_down import CoastDown
-from wucht.studies.comparison.spec import Comparison
 from wucht.studies.entrainment.spec import Entrainment
 from wucht.studies.exciter_design.spec import ExciterDesign
 from wucht.studies.failure_detection.spec import FailureDetection
@@ -25,11 +25,11 @@ from wucht.studies.load_spectrum.spec import LoadSpectrum
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.orbit_branch.spec import OrbitBranch
 from wucht.studies.phase_portrait.spec import PhasePortrait
-from wucht.studies.response.spec import Response
+from wucht.studies.response.study import Response
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.speed_curve.spec import SpeedCurve
 from wucht.studies.stability_map.spec import StabilityMap
-from wucht.studies.sweep.spec import Sweep
+from wucht.studies.sweep.study import Sweep
 from wucht.studies.synchronous_states.spec import SynchronousStates
 from wucht.studies.torque_balance import TorqueBalance
 

@@ -11,6 +11,7 @@ from wucht.analysis.starting import StartFromRest, has_weight_or_load, not_start
 from wucht.dynamics.run_ups.hanging_start import is_resting_state
 from wucht.machines.machine import Machine
 from wucht.results.quantities import Quantity
+from wucht.studies.answer import Answer
 
 _BETWEEN = 8  # times between two breakpoints of schedules at which a start is tried
 
@@ -31,6 +32,15 @@ def starting_quantities(machine: Machine) -> list[Quantity]:
         Quantity("load_torque", loads, "torque of loads and bearings of each rotor at standstill", unit),
         Quantity("starts_from_rest", starts, "whether its drive takes it over the top in the first swing from rest"),
     ]
+
+
+def state_starting_torques(a: Answer, machine: Machine) -> None:
+    """State these torques, with a line where a drive does not start its rotor from rest."""
+    quantities = {q.name: q for q in starting_quantities(machine)}
+    a.add(quantities.values())
+    starts = quantities["starts_from_rest"].value if quantities else {}
+    if any(quantities["starting_torque"].value[name] > 0 and not is_started for name, is_started in starts.items()):
+        a.line("from rest", "{starting_torque} at standstill; weight at most {weight_moment}; load {load_torque}")
 
 
 def start_warnings(machine: Machine, initial: np.ndarray, turning: Iterable[str]) -> list[str]:

@@ -24,7 +24,7 @@ from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 from wucht.studies.spec import Spec
 from wucht.studies.start_stop import StartStop
-from wucht.studies.sweep.spec import Sweep
+from wucht.studies.sweep.study import Sweep
 from wucht.web.shared_study import shared_page
 
 MOUNTED = {"mass": 10.0, "stiffness": [2e4, 3e4], "damping": 50.0, "gravity": 9.81}

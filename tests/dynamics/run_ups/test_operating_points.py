@@ -26,10 +26,10 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import LOWEST
 from wucht.numerics.angles import wrap_to_pi
 from wucht.studies.coast_down import CoastDown
-from wucht.studies.response.spec import Response
+from wucht.studies.response.study import Response
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import report, run
-from wucht.studies.torque_balance import TorqueBalance, prepare
+from wucht.studies.torque_balance import TorqueBalance
 
 START_OF_FILE = {"e1": -1.5708, "e2": -1.5708}
 
@@ -118,10 +118,10 @@ def apart(first: dict[str, float], second: dict[str, float]) -> float:
 def test_a_working_point_is_where_the_run_up_ends(seed: int, count: int, degrees: float, share: float) -> None:
     """The speed to 0.2 %; phases and amplitude as closely as averaged equations of first order give them."""
     machine = machine_from(random_deck(seed, count))
-    plan = prepare(TorqueBalance(), machine)
-    found = OperatingPoints.of(plan.steady, plan.curves, plan.search_range, None)
+    steady, curves, speeds = TorqueBalance().prepare(machine)
+    found = OperatingPoints.of(steady, curves, speeds, None)
     ((point, c),) = [(p, c) for p, c in zip(found.points, found.configurations, strict=True) if p.stable]
-    (operation,) = vibration_in_operation(plan.steady)
+    (operation,) = vibration_in_operation(steady)
     at_the_end = summary_of(RunUp(until=20.0), machine)
     assert at_the_end["outcome"] == "synchronised"
     assert point.speed == operation.speed == pytest.approx(at_the_end["final_speed"], rel=2e-3)

@@ -18,8 +18,8 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import net_torque
-from wucht.studies.runner import run
-from wucht.studies.torque_balance import TorqueBalance, prepare
+from wucht.studies.runner import report, run
+from wucht.studies.torque_balance import TorqueBalance
 
 ROTOR = {"kind": "rotor", "name": "fan", "mass": 20.0, "eccentricity": 8e-3, "inertia": 0.6, "bearing_damping": 0.002}
 INDUCTION = {
@@ -31,6 +31,7 @@ SERIES = {
     "motor_constant": 1.5,
 }  # fmt: skip
 FAN = {"kind": "quadratic", "coefficient": 6e-4}
+AWAY = "without vibration the drive's torque never meets the load: the rotor would run away"
 
 
 def machine(drive: Any = INDUCTION, loads: Any = (FAN,), bodies: Any = (ROTOR,), **carrier: Any) -> Machine:
@@ -38,6 +39,9 @@ def machine(drive: Any = INDUCTION, loads: Any = (FAN,), bodies: Any = (ROTOR,),
     described: dict[str, Any] = {"carrier": {k: v for k, v in given.items() if v is not None}, "bodies": list(bodies)}
     described |= {"loads": [x for x in loads if x]} if loads else {}
     return machine_from(described | ({"drive": drive} if drive else {}))
+
+
+CARRIER_OF_TABLE = load_machine("drozdetskaya-2020/table-3.1-carrier", {"u": 2})
 
 
 def summary(m: Machine, **question: Any) -> dict[str, Any]:
@@ -60,6 +64,8 @@ def test_the_default_range_reaches_what_the_vibration_holds_far_beyond_the_reson
     s = summary(machine({"kind": "constant-torque", "torque": sense * 6.4e-3}, None, [rotor], **carrier))
     fastest = max(s["working_points"], key=lambda p: abs(p["speed"]))
     held = 2 * 6.4e-3 / 0.659 / (0.096 * 0.0592 / 1.4568) ** 2
+    if not bearing:
+        assert s["sentence"].startswith(f"{AWAY}; with it are 3 working points, 2 of them stable")
     assert fastest["stable"]
     assert fastest["speed"] == pytest.approx(sense * held, rel=2e-3)
     assert sorted(map(abs, s["range"])) == pytest.approx([0.0, 1.2 * abs(fastest["speed"])])
@@ -91,6 +97,67 @@ def test_an_induction_motor_drives_a_fan_through_a_resonance() -> None:
     assert not s["runaway"]
 
 
+def test_each_working_point_has_a_line_with_what_stands_for_the_drive_there() -> None:
+    stable, unstable, *_ = report(run(TorqueBalance(), machine()))[2:]
+    p = summary(machine())["working_points"][0]
+    assert stable.startswith(f"  stable       {p['speed']:.5g} rad/s (")
+    assert f"): {p['torque']:.4g} N·m, slip {100 * p['slip']:.3g} %; drive there like {p['slope']:.4g} N·m·s from " in stable
+    assert stable.endswith("; reached from rest") and unstable.startswith("  unstable     ") and "rest" not in unstable
+    constant, controlled = (
+        report(run(TorqueBalance(), machine(drive, bodies=[ROTOR | {"eccentricity": 0.0}])))[2]
+        for drive in (
+            {"kind": "constant-torque", "torque": 0.5},
+            {"kind": "inverter", "set_speed": 50.0, "gain": 1.0, "integral_time": 1.0, "torque_limit": 100.0},
+        )
+    )
+    assert "N·m; drive of constant torque there; " in constant
+    assert "N·m; held by the drive's controller; " in controlled
+
+
+def test_a_machine_without_units_has_none_in_its_report() -> None:
+    (line,) = [x for x in report(run(TorqueBalance(range=(1.0, 1.2)), CARRIER_OF_TABLE)) if x.startswith("  unstable")]
+    assert line == "  unstable     1.0937: 1.8126; drive there like 2 from 2"
+
+
+@pytest.mark.parametrize(
+    ("speeds", "sentence"),
+    [
+        ((1.0, 1.2), "one working point, not stable"),
+        ((0.1, 0.2), "drive, load and vibration do not balance anywhere in the range"),
+    ],
+)
+def test_a_range_without_a_stable_point(speeds: tuple[float, float], sentence: str) -> None:
+    assert summary(CARRIER_OF_TABLE, range=speeds)["sentence"] == sentence
+
+
+def test_bodies_of_a_track_are_not_in_each_others_place() -> None:
+    """Such points are counted, and have a line only where there are no others."""
+    drum = {"kind": "rotor", "name": "drum", "mass": 5.0, "unbalance": 4e-3, "inertia": 0.05}
+    ball = {"kind": "pendulum", "about": "drum", "mass": 0.05, "length": 0.1, "damping": 1e-3, "track": "t", "diameter": 0.02}
+    drive = {"kind": "linear", "slope": 0.05, "no_load_speed": 100.0}
+    m = machine(drive, (), [drum, *(ball | {"name": name} for name in "pq")], mass=10.0, stiffness=4e4, damping=60.0)
+    result = run(TorqueBalance(), m)
+    s, lines = result.wucht.summary, report(result)
+    count = "2 working points, 1 of them stable: compensating; 2 more with overlapping bodies of a track"
+    assert s["sentence"] == f"{count}; reached from rest"
+    assert [p["overlapping"] for p in s["working_points"]].count(True) == 2 == result.point_overlapping.values.sum()
+    assert sum(x.startswith(("  stable", "  unstable")) for x in lines) == 2 and "overlapping" not in "".join(lines[2:])
+    slowest = min(p["speed"] for p in s["working_points"] if p["overlapping"])
+    alone = run(TorqueBalance(range=(0.0, slowest + 1e-3)), m)
+    nowhere = "drive, load and vibration do not balance anywhere in the range in any steady phases of the balancing bodies"
+    assert alone.attrs["sentence"] == nowhere
+    assert ", but with overlapping bodies of a track: " in report(alone)[2]
+
+
+def test_rotors_that_do_not_run_synchronously() -> None:
+    m = pair_of_exciters()
+    s = summary(m, range=(92.5, 93.5))
+    assert [p["stable"] for p in s["working_points"]] == [False]
+    words = "the rotors do not run synchronously: no synchronous configuration in the range is stable"
+    assert s["sentence"] == f"{words} (1 not stable)"
+    assert summary(m, range=(1.0, 2.0))["sentence"] == words
+
+
 def test_a_schedule_changes_the_breakdown() -> None:
     m = machine_from(
         {"carrier": {"stiffness": 1e6}, "bodies": [ROTOR], "drive": INDUCTION,
@@ -110,7 +177,7 @@ def test_a_series_motor_without_load_runs_away() -> None:
     assert [result[f"point_{n}"].dtype.kind for n in ("speed", "torque", "stable")] == ["f", "f", "i"], "empty, and as ever"
     assert s["free_speed"] is None
     assert s["working_points"] == []
-    assert s["sentence"] == "without vibration the drive's torque never meets the load: the rotor would run away"
+    assert s["sentence"] == AWAY
     on_springs = summary(machine(SERIES, (), bodies))
     assert on_springs["runaway"]
     assert [p["stable"] for p in on_springs["working_points"]] == [True]  # the resonance holds it
@@ -206,8 +273,7 @@ def moments(v: Vibration, speeds: np.ndarray, phases: np.ndarray) -> np.ndarray:
     return result
 
 
-def test_one_of_two_exciters() -> None:
-    """Each shaft gets its own share of the vibration torque."""
+def pair_of_exciters() -> Machine:
     pair = [ROTOR | {"position": [0.3, 0.0]}, ROTOR | {"name": "other", "position": [-0.2, 0.1], "bearing_damping": 0.01}]
     carrier = {"directions": "xyr", "mass": 60.0, "inertia": 8.0, "stiffness": 1e6, "damping": 300.0,
                "rotation_stiffness": 1e5, "rotation_damping": 50.0}  # fmt: skip
@@ -215,7 +281,12 @@ def test_one_of_two_exciters() -> None:
         {"on": "fan", "kind": "linear", "slope": 0.5, "no_load_speed": 150.0},
         {"on": "other", "kind": "linear", "slope": 0.3, "no_load_speed": -150.0},
     ]
-    m = machine_from({"carrier": carrier, "bodies": pair, "drives": drives})
+    return machine_from({"carrier": carrier, "bodies": pair, "drives": drives})
+
+
+def test_one_of_two_exciters() -> None:
+    """Each shaft gets its own share of the vibration torque."""
+    m = pair_of_exciters()
     vibration, phases = Vibration.of(m), np.array([0.2, -0.5])
     start = {"fan": 0.2, "other": 0.5}
     first, second = (run(TorqueBalance(on=on, start=start, bodies="held"), m) for on in ("fan", "other"))
@@ -245,7 +316,7 @@ def test_one_of_two_exciters() -> None:
 )
 def test_refused(question: dict[str, Any], drive: Any, refusal: Refusal) -> None:
     with refusal:
-        prepare(TorqueBalance(**question), machine(drive))
+        run(TorqueBalance(**question), machine(drive))
 
 
 def test_every_variable_says_what_it_is() -> None:

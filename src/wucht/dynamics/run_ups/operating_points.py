@@ -102,8 +102,12 @@ class OperatingPoints:
     @property
     def possible(self) -> list[bool]:
         """True for each point that is stable and without overlapping bodies."""
-        overlapping = [c.overlapping for c in self.configurations] or [False] * len(self.points)
-        return [p.stable and not over for p, over in zip(self.points, overlapping, strict=True)]
+        return [p.stable and not over for p, over in zip(self.points, self.overlapping, strict=True)]
+
+    @property
+    def overlapping(self) -> list[bool]:
+        """True for each point at which bodies of a track would overlap."""
+        return [c.overlapping for c in self.configurations] or [False] * len(self.points)
 
 
 @dataclass(frozen=True)

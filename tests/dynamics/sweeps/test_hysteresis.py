@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from wucht.dynamics.sweeps.jumps import Jump
-from wucht.studies.sweep.dataset import hysteresis
+from wucht.dynamics.sweeps.jumps import Jump, hysteresis
 
 
 def jump(value: float, direction: str) -> Jump:
