@@ -24,7 +24,7 @@ from .studies.cam_contour.study import CamContour as CamContour
 from .studies.cam_correction.spec import CamCorrection as CamCorrection
 from .studies.cam_law import CamLaw as CamLaw
 from .studies.cam_prediction.spec import CamPrediction as CamPrediction
-from .studies.capture_probability.spec import CaptureProbability as CaptureProbability
+from .studies.capture_probability.study import CaptureProbability as CaptureProbability
 from .studies.coast_down import CoastDown as CoastDown
 from .studies.comparison.study import Comparison as Comparison
 from .studies.drive_failure import DriveFailure as DriveFailure

@@ -16,7 +16,7 @@ from wucht.studies.cam_contour.study import CamContour
 from wucht.studies.cam_correction.spec import CamCorrection
 from wucht.studies.cam_law import CamLaw
 from wucht.studies.cam_prediction.spec import CamPrediction
-from wucht.studies.capture_probability.spec import CaptureProbability
+from wucht.studies.capture_probability.study import CaptureProbability
 from wucht.studies.coast_down import CoastDown
 from wucht.studies.entrainment.study import Entrainment
 from wucht.studies.exciter_design.spec import ExciterDesign
