@@ -24,19 +24,19 @@ from .studies.cam_contour.spec import CamContour as CamContour
 from .studies.cam_correction.spec import CamCorrection as CamCorrection
 from .studies.cam_law import CamLaw as CamLaw
 from .studies.cam_prediction.spec import CamPrediction as CamPrediction
-from .studies.capture_probability.spec import CaptureProbability as CaptureProbability
+from .studies.capture_probability.study import CaptureProbability as CaptureProbability
 from .studies.coast_down import CoastDown as CoastDown
 from .studies.comparison.study import Comparison as Comparison
 from .studies.drive_failure import DriveFailure as DriveFailure
-from .studies.entrainment.spec import Entrainment as Entrainment
+from .studies.entrainment.study import Entrainment as Entrainment
 from .studies.exciter_design.spec import ExciterDesign as ExciterDesign
 from .studies.failure_detection.study import FailureDetection as FailureDetection
 from .studies.load_spectrum.computation import Records as Records
 from .studies.load_spectrum.spec import LoadSpectrum as LoadSpectrum
 from .studies.optimise_balancer.spec import OptimiseBalancer as OptimiseBalancer
-from .studies.orbit_branch.spec import OrbitBranch as OrbitBranch
+from .studies.orbit_branch.study import OrbitBranch as OrbitBranch
 from .studies.phase_portrait.spec import PhasePortrait as PhasePortrait
-from .studies.response.spec import Response as Response
+from .studies.response.study import Response as Response
 from .studies.run_up.spec import RunUp as RunUp
 from .studies.runner import draw as draw
 from .studies.runner import export as export
@@ -51,7 +51,7 @@ from .studies.study_file import run_file as run_file
 from .studies.sweep.study import Sweep as Sweep
 from .studies.synchronous_states.spec import SynchronousStates as SynchronousStates
 from .studies.torque_balance import TorqueBalance as TorqueBalance
-from .studies.voltage_dip.spec import VoltageDip as VoltageDip
+from .studies.voltage_dip.study import VoltageDip as VoltageDip
 from .system import System as System
 from .web.live_widget import live as live
 

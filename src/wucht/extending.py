@@ -1,8 +1,8 @@
 """All names that a study or a part in another package needs, from one place.
 
 A study is a class of ``Study`` with a ``kind``, its keys as fields, and the methods ``prepare(subject)``,
-``solve(subject, prepared, work)``, which yields an ``Answer``, and ``draw(result) -> Figure`` (``examples/own_study.py``); a part is
-a class of ``Body``, ``Drive``, ``Load`` or another ``Part`` with its energies (``examples/own_part.py``).
+``solve(subject, prepared, work)``, which yields an ``Answer``, and ``draw(result) -> Figure`` (``examples/own_study.py``). A
+part is a class of ``Body``, ``Drive``, ``Load`` or another ``Part`` with its energies (``examples/own_part.py``).
 ``--import`` or an entry point makes them known.
 
 >>> from wucht.extending import RunSettings, load_machine, run_to_end

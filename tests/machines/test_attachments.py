@@ -16,7 +16,7 @@ from wucht.files.building import machine_from
 from wucht.machines.parts import attachments
 from wucht.machines.parts.base import Point
 from wucht.studies.coast_down import CoastDown
-from wucht.studies.response.spec import Response
+from wucht.studies.response.study import Response
 from wucht.studies.runner import run
 
 CARRIER = {"mass": 3.0, "stiffness": 8e3, "damping": 20.0}

@@ -9,7 +9,7 @@ import sympy as sp
 from witness import moved
 from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.files.building import machine_from
-from wucht.studies.response.spec import Response
+from wucht.studies.response.study import Response
 from wucht.studies.runner import run
 
 SCREEN = {

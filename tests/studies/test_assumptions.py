@@ -21,7 +21,7 @@ from wucht.studies.load_spectrum.computation import Records
 from wucht.studies.load_spectrum.spec import LoadSpectrum
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.registry import studies
-from wucht.studies.response.spec import Response
+from wucht.studies.response.study import Response
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, report, run
 from wucht.studies.spec import AVERAGED_EQUATIONS, FULL_EQUATIONS, Spec

@@ -23,7 +23,7 @@ from interrupting import assert_same
 from wucht.errors import InputError, RunError
 from wucht.files.catalogue import load_machine
 from wucht.studies import cluster
-from wucht.studies.response.spec import Response
+from wucht.studies.response.study import Response
 from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study
 

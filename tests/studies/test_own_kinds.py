@@ -19,7 +19,7 @@ from wucht.machines.parts.base import Body, Drive, Frame, Point, si
 from wucht.machines.parts.support import Support
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
-from wucht.studies.response.spec import Response
+from wucht.studies.response.study import Response
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 from wucht.studies.torque_balance import TorqueBalance

@@ -18,7 +18,7 @@ from wucht.analysis.configurations import configuration
 from wucht.files.catalogue import load_machine
 from wucht.studies import registry
 from wucht.studies.registry import StudyEntry, studies
-from wucht.studies.response.spec import Response
+from wucht.studies.response.study import Response
 from wucht.studies.runner import run
 from wucht.studies.torque_balance import TorqueBalance
 

@@ -24,7 +24,7 @@ AT = "10 rad/s (95 rpm)"
 
 def lines(kind: str, dimensionless: bool = False, data: Any = None, /, **summary: Any) -> list[str]:
     made = titled(answered(xr.Dataset(data or {}), summary, dimensionless=dimensionless), dimensionless)
-    told: list[str] = study_of(kind).report(made)
+    told: list[str] = study_of(kind).drawer.report(made)
     return told
 
 

@@ -27,7 +27,7 @@ from wucht.schema import si
 from wucht.studies import runner
 from wucht.studies.memory import UnitMemory
 from wucht.studies.registry import studies
-from wucht.studies.response.spec import Response
+from wucht.studies.response.study import Response
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import Description

@@ -8,8 +8,7 @@ import pytest
 from tests.refusals import Refusal, refused
 
 from wucht.files.catalogue import load_machine
-from wucht.studies.response.computation import prepare
-from wucht.studies.response.spec import Response
+from wucht.studies.response.study import Response
 from wucht.studies.run_up.computation import prepare as prepare_run_up
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
@@ -36,7 +35,7 @@ def test_a_wrong_value_is_located(given: dict[str, Any], refusal: Refusal) -> No
 
 def test_units_are_refused_where_the_machine_has_none() -> None:
     machine = load_machine(DIMENSIONLESS)
-    assert prepare(Response.from_table({"range": [0.5, 2]}), machine).range == (0.5, 2.0)
+    assert run(Response.from_table({"range": [0.5, 2], "points": 2}), machine).wucht.summary["range"] == [0.5, 2.0]
     with refused("study.range[1]", given="2 rad/s", code="dimension"):
         run(Response.from_table({"range": [0.5, "2 rad/s"]}), machine)
 

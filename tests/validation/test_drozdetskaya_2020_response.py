@@ -21,7 +21,7 @@ from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
-from wucht.studies.response.spec import Response
+from wucht.studies.response.study import Response
 from wucht.studies.runner import run
 from wucht.studies.torque_balance import TorqueBalance
 

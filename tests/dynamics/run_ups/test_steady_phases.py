@@ -12,7 +12,7 @@ import xarray as xr
 from tests.refusals import Refusal, refused
 
 from wucht.files.catalogue import load_machine
-from wucht.studies.response.spec import Response
+from wucht.studies.response.study import Response
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, report, run
 from wucht.studies.synchronous_states.spec import SynchronousStates

@@ -5,9 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,14 +13,11 @@ import pytest
 import xarray as xr
 from tests.refusals import Refusal, refused
 
-from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.response.computation import ResponseCurve, collect_maxima, prepare
-from wucht.studies.response.computation import run as answered
-from wucht.studies.response.spec import Response
-from wucht.studies.runner import run
+from wucht.studies.response.study import Response
+from wucht.studies.runner import report, run
 
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.05}
 LINEAR = {"kind": "linear", "slope": 0.05, "no_load_speed": 250.0}
@@ -45,6 +40,23 @@ def test_defaults() -> None:
     assert result.speed.values[[0, -1]] == pytest.approx([0.02 * K, 1.5 * 250])
     assert result.sizes["speed"] > 600
     assert (np.diff(result.speed.values) > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("natural", "drive", "expected"),
+    [
+        ((50.0, 200.0), 100.0, (4.0, 600.0)),
+        ((50.0, 200.0), -500.0, (4.0, 750.0)),  # clockwise
+        ((5.0, 200.0), None, (1.5, 600.0)),
+        ((0.0, 0.0), 100.0, (2.0, 300.0)),
+        ((0.0, 0.0), None, (0.02, 3.0)),
+    ],
+)
+def test_the_default_range_holds_all_resonances_and_the_speed_of_the_drive(
+    natural: tuple[float, float], drive: float | None, expected: tuple[float, float]
+) -> None:
+    m = machine(drive=drive and LINEAR | {"no_load_speed": drive}, stiffness=[5 * w**2 for w in natural])
+    assert run(Response(points=2), m).wucht.summary["range"] == pytest.approx(expected)
 
 
 def test_read() -> None:
@@ -74,7 +86,7 @@ def test_refused(given: dict[str, Any], refusal: Refusal) -> None:
 
 def test_a_start_that_does_not_fit() -> None:
     with refused("study.start.p", code="unknown-key"):
-        prepare(Response(start={"p": 1.0}), machine())
+        run(Response(start={"p": 1.0}), machine())
 
 
 @pytest.mark.parametrize(
@@ -89,7 +101,7 @@ def test_a_start_that_does_not_fit() -> None:
 )
 def test_nothing_to_vibrate(carrier: dict[str, Any], refusal: Refusal) -> None:
     with refusal:
-        prepare(Response(), machine(**carrier))
+        run(Response(), machine(**carrier))
 
 
 def test_a_carrier_moved_in_one_direction_vibrates_in_the_other() -> None:
@@ -157,8 +169,16 @@ def test_a_backward_whirl_between_two_critical_speeds() -> None:
     assert (result.minor_axis.values[(result.speed < 0.98 * k1) | (result.speed > 1.02 * k2)] > 0).all()
     assert (np.abs(result.minor_axis) <= result.amplitude).all()
     assert "between" not in result.wucht.summary["sentence"]
-    slower = machine(drive=LINEAR | {"no_load_speed": 90.0}, stiffness=[2e4, 8e4])
-    assert "between them" in run(Response(), slower).wucht.summary["sentence"]
+
+
+@pytest.mark.parametrize(("free", "relation"), [(10.0, "below"), (90.0, "between"), (200.0, "above")])
+@pytest.mark.parametrize("sense", [1, -1])
+def test_a_drive_of_either_sense_runs_below_between_or_above_the_critical_speeds(
+    free: float, relation: str, sense: int
+) -> None:
+    m = machine(drive=LINEAR | {"no_load_speed": sense * free}, stiffness=[2e4, 8e4])
+    sentence = run(Response(points=20), m).wucht.summary["sentence"]
+    assert sentence.startswith(f"2 critical speeds in the range; the drive runs {relation} them; in operation: ")
 
 
 def test_without_damping() -> None:
@@ -174,24 +194,6 @@ def test_without_damping() -> None:
     assert result.wucht.warnings == [command]
     for lag in result.lag.values:
         assert lag == pytest.approx(np.where(result.speed < K, 0.0, math.pi), abs=1e-8)
-
-
-@pytest.mark.parametrize("stable", [True, False])
-def test_an_infinite_amplitude_counts_where_bodies_are_stable(stable: bool) -> None:
-    """The resonance of a configuration in which no machine stays is no largest amplitude."""
-    plan = prepare(Response(), machine(damping=0.0))
-    *_, found = answered(plan, Work())
-
-    def everywhere(speeds: np.ndarray) -> np.ndarray:
-        return np.full(len(speeds), stable)
-
-    branch: Any = SimpleNamespace(labels=lambda speeds: np.full(len(speeds), "opposed"), stable=everywhere, overlapping=False)
-    steady: Any = SimpleNamespace(machine=plan.steady.machine, curves=plan.steady.curves, branches=(branch,))
-    only = replace(plan, steady=steady)
-    low = np.full(len(found.speeds), 1e-3)
-    maxima = collect_maxima(only, found, [ResponseCurve(low, low, everywhere(found.speeds))])
-    assert [(m.value, m.stable) for m in maxima.amplitudes] == [(math.inf, stable)]
-    assert (maxima.largest is not None and math.isinf(maxima.largest.value)) is stable
 
 
 def test_undamped_in_one_direction() -> None:
@@ -228,6 +230,45 @@ def test_a_comparison_shows_the_fastest_operating_point_first() -> None:
     assert result.wucht.headlines == ["peak_amplitude", "peak_torque", *shown]
     undriven = run(Response(), load_machine("drozdetskaya-2020/table-5.1"))
     assert undriven.wucht.headlines[:2] == ["peak_amplitude", "peak_torque"] and "stroke" not in undriven.wucht.summary
+
+
+def with_balls(damping: float = 40.0, eccentricity: float = 0.01, **more: Any) -> Machine:
+    """Two balls that carry half of the unbalance, or, where that is small, all of it."""
+    ball = {"kind": "pendulum", "about": "drum", "mass": 0.05, "length": 0.1, "damping": 1e-3} | more
+    rotor = ROTOR | {"inertia": 0.5, "eccentricity": eccentricity}
+    return machine([rotor, *(ball | {"name": name} for name in "pq")], damping=damping)
+
+
+def test_the_largest_of_all_configurations_is_where_bodies_are_stable() -> None:
+    result = run(Response(), with_balls())
+    s, lines = result.wucht.summary, report(result)
+    stable = result.stable.values.astype(bool)
+    for number, curve in (("peak_amplitude", result.amplitude), ("peak_torque", result.vibration_torque)):
+        assert s[number] == np.where(stable, curve.values, 0.0).max() < np.nanmax(curve.values)
+    by_configuration = {m["configuration"]: m["stable"] for m in s["peaks"]}
+    assert by_configuration == {"opposed": False, "together, light side": True, "together, heavy side": False}
+    assert result.peak_configuration.values.tolist() == list(by_configuration)
+    there = np.interp(s["free_speed"], result.speed.values, np.where(stable, result.amplitude.values, 0.0).max(axis=0))
+    assert s["amplitude_at_free_speed"] == pytest.approx(there, rel=1e-3)
+    assert s["configurations_at_free_speed"] == ["together, light side"]
+    assert lines[4].endswith(" in stable steady phases") and not any(line.startswith("  also") for line in lines)
+    assert ", together, light side" in lines[5] and "bodies stable there: together, light side" in s["sentence"]
+
+
+def test_bodies_of_a_track_are_not_in_each_others_place() -> None:
+    """Balls that could hold the unbalance do so where both are stable, and not where they would be in one place."""
+    result = run(Response(), with_balls(eccentricity=1e-4, track="t", diameter=0.02))
+    assert (result.stable.values.astype(bool) & (result.overlapping.values == 1)[:, None]).any()
+    assert (result.wucht.summary["peak_amplitude"], result.wucht.summary["peak_speed"]) == (0.0, None)
+    assert report(result)[4] == "  amplitude    none in stable steady phases"
+
+
+def test_an_infinite_amplitude_counts_where_bodies_are_stable() -> None:
+    """The resonance of a configuration in which no machine stays is no largest amplitude."""
+    s = run(Response(), with_balls(damping=0.0)).wucht.summary
+    assert [m["amplitude"] for m in s["peaks"]] == [None] * 3 and [m["stable"] for m in s["peaks"]].count(True) == 1
+    (stable,) = [m["speed"] for m in s["peaks"] if m["stable"]]
+    assert (s["peak_amplitude"], s["peak_speed"]) == (None, stable)
 
 
 def test_an_undamped_mode_that_nothing_excites() -> None:
@@ -282,6 +323,24 @@ def test_a_carrier_that_only_turns() -> None:
     assert result.wucht.summary["self_centring_speed"] is None
 
 
+def test_a_displacement_lags_the_force_in_its_direction() -> None:
+    result = run(Response(start={"drum": 0.5}), machine(stiffness=[2e4, 8e4], damping=[40.0, 300.0]))
+    w = result.speed.values
+    for direction, k, b in (("x", 2e4, 40.0), ("y", 8e4, 300.0)):
+        assert result.lag.sel(direction=direction).values == pytest.approx(np.arctan2(b * w, k - 5 * w**2), rel=1e-9)
+
+
+def test_without_a_force_the_reference_is_the_angle_of_the_main_rotor() -> None:
+    """Mounts beside the centre of mass turn the carrier, on which the unbalance exerts no moment."""
+    mounts = [{"at": [x, 0.1], "stiffness": [1e4, k], "damping": [30.0, 30.0]} for x, k in ((-0.3, 1e4), (0.4, 2e4))]
+    given = {"mass": 3.0, "inertia": 0.4, "directions": "xyr", "mounts": mounts}
+    result = run(Response(start={"drum": 0.5}), machine_from({"carrier": given, "bodies": [ROTOR], "drive": LINEAR}))
+    z = (result.displacement_real + 1j * result.displacement_imag).sel(direction="r").values
+    assert np.abs(z).max() > 1e-3
+    behind = np.exp(1j * (0.5 - np.angle(z) - result.lag.sel(direction="r").values))
+    assert behind == pytest.approx(1.0, abs=1e-9)
+
+
 def test_losses_are_reported_apart() -> None:
     m = machine([ROTOR | {"bearing_damping": 0.01}])
     result = run(Response(), m)
@@ -332,7 +391,60 @@ def test_stopped_at_once_and_asked_again(tmp_path: Path) -> None:
     assert [f.name for f in tmp_path.iterdir()] == ["result.nc"]
 
 
-# --- the root finder ---
+# --- the report ---
+
+
+def test_the_lines_of_a_report() -> None:
+    m = machine(stiffness=[2e4, 8e4], drive=LINEAR | {"slope": 1.0})
+    result = run(Response(range=(10.0, 200.0)), m)
+    s, lines = result.wucht.summary, report(result)
+    first, second = s["peaks"]
+    throw = s["operation"][-1]
+    assert lines[2:4] == [
+        "  range        10 rad/s (95 rpm) to 200 rad/s (1910 rpm)",
+        "  critical     63.246 rad/s (604 rpm), 126.49 rad/s (1208 rpm)",
+    ]
+    assert lines[4].startswith(f"  amplitude    {1e3 * second['amplitude']:.4g} mm at most, at {second['speed']:.5g} rad/s (")
+    assert lines[5].startswith(f"  also         {1e3 * first['amplitude']:.4g} mm at {first['speed']:.5g} rad/s (")
+    weight = f"{throw['acceleration']:.4g} m/s², machine number {throw['machine_number']:.3g}"
+    operation = [line for line in lines if line.startswith("  in operation")]
+    assert len(operation) == len(s["operation"])
+    assert operation[-1].startswith(f"  in operation {1e3 * throw['amplitude']:.4g} mm at {throw['speed']:.5g} rad/s (")
+    assert operation[-1].endswith("; reached from rest")
+    assert (
+        lines[lines.index(operation[-1]) + 1] == f"               stroke {1e3 * throw['stroke']:.4g} mm peak to peak, {weight}"
+    )
+    torque = next(line for line in lines if line.startswith("  torque"))
+    largest, further = sorted(s["torque_peaks"], key=lambda peak: -peak["torque"])
+    assert torque.startswith(
+        f"  torque       of the vibration: at most {largest['torque']:.4g} N·m at {largest['speed']:.5g} rad/s"
+    )
+    assert f", also {further['torque']:.4g} N·m at {further['speed']:.5g} rad/s" in torque
+
+
+def test_units_of_a_report() -> None:
+    """Angles of a carrier that only turns, and a machine without units, which no torque drives."""
+    turning = {"directions": "r", "inertia": 0.5, "rotation_stiffness": 2e3, "rotation_damping": 2.0}
+    rotor = {k: v for k, v in ROTOR.items() if k != "eccentricity"} | {"couple_unbalance": 1e-3}
+    lines = report(run(Response(points=20), machine_from({"carrier": turning, "bodies": [rotor], "drive": LINEAR})))
+    assert "° at most, at " in lines[4] and not any("stroke" in line for line in lines)
+    bare = report(run(Response(range=(0.5, 2.0), points=20), load_machine("drozdetskaya-2020/table-5.1")))
+    assert bare[2] == "  range        0.5 to 2" and not any(unit in "".join(bare[2:]) for unit in ("rad/s", "mm", "N·m"))
+
+
+def test_where_no_torque_drives_the_machine_it_is_in_operation_at_its_speed() -> None:
+    result = run(Response(points=20), machine(drive={"kind": "constant-speed", "speed": 100.0}))
+    s, lines = result.wucht.summary, report(result)
+    (k,) = [k for k, line in enumerate(lines) if line.startswith("  in operation")]
+    assert lines[k] == f"  in operation {1e3 * s['amplitude_at_free_speed']:.4g} mm at 100 rad/s (955 rpm)"
+    assert lines[k + 1].startswith("               stroke ")
+
+
+def test_without_vibration_there_is_little_to_report() -> None:
+    lines = report(run(Response(points=20), machine([ROTOR | {"eccentricity": 0.0}])))
+    assert [line.split()[0] for line in lines[2:]] == ["range", "critical", "assumed"]
+    none = report(run(Response(range=(70.0, 80.0), points=20), machine()))
+    assert none[3] == "  critical     none" and none[1].startswith("verdict: no critical speeds in the range")
 
 
 # --- the command ---

@@ -15,7 +15,7 @@ from tests.refusals import refused
 
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
-from wucht.studies.response.spec import Response
+from wucht.studies.response.study import Response
 from wucht.studies.runner import draw, run
 
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.05}

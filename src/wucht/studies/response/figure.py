@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from wucht.plots.curves import thin_curve, without_jumps
 from wucht.plots.scales import printed_values
@@ -15,6 +12,11 @@ from wucht.plots.sheet import new_figure
 from wucht.plots.stability_lines import draw_configurations
 from wucht.plots.style import COLOURS, GREY, line_style, mark_speeds
 from wucht.results.formatting import label, printed_unit, with_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _MOST_NAMES = 7  # bodies named one by one in a legend
 _BELOW = 0.04  # of the panel: its part below zero

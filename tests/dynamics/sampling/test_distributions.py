@@ -10,8 +10,8 @@ import pytest
 from scipy import stats
 from tests.refusals import Refusal, refused
 
+from wucht.dynamics.sampling.distributions import check_form, distribution_in_words, distribution_of
 from wucht.schema import Unit
-from wucht.studies.capture_probability.distributions import check_form, distribution_of
 
 LENGTH = Unit("m", "length")
 SHARES = np.array([1e-12, 1e-4, 0.02, 0.25, 0.5, 0.6, 0.9, 0.999, 1 - 1e-12])
@@ -87,3 +87,9 @@ def test_what_is_refused(given: dict[str, Any], where: str, refusal: Refusal) ->
         check_form(given, "study.random.x")
         distribution_of(given, LENGTH, "study.random.x")
     assert raised.value.location == f"study.random.x{where}"
+
+
+def test_distributions_in_words() -> None:
+    cut = {"between": ["1 mm", "4 mm"], "normal": ["2 mm", "1 mm"]}
+    assert distribution_in_words(cut) == "normal: mean 2 mm, deviation 1 mm, between 1 mm and 4 mm"
+    assert distribution_in_words({"triangular": [0, 1, 3]}) == "triangular: low 0, mode 1, high 3"

@@ -9,8 +9,8 @@ import pytest
 from scipy.optimize import brentq
 from scipy.stats import beta, binomtest
 
-from wucht.studies.capture_probability.computation import band, clopper_pearson, interval
-from wucht.studies.capture_probability.distributions import REPLICATES, points
+from wucht.dynamics.sampling.distributions import REPLICATES, points
+from wucht.dynamics.sampling.probability_bands import band, clopper_pearson, interval
 
 TIMES, EACH = 400, 16
 

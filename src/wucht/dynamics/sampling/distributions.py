@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
@@ -94,6 +94,13 @@ def distribution_of(definition: Mapping[str, Any], unit: Unit, location: str) ->
     return Distribution("truncnorm", (low, high), mean, deviation, logarithmic)
 
 
+def distribution_in_words(definition: Mapping[str, Any]) -> str:
+    """A distribution in words: ``uniform: low 0 deg, high 360 deg``."""
+    kind = next(k for k in definition if k in KINDS)
+    numbers = ", ".join(f"{name} {value}" for name, value in zip(KINDS[kind], definition[kind], strict=True))
+    return f"{kind}: {numbers}" + (", between {} and {}".format(*definition[_BETWEEN]) if _BETWEEN in definition else "")
+
+
 def _ends(limits: Any, unit: Unit, location: str, logarithmic: bool) -> tuple[float, float]:
     low, high = (read_quantity(unit, one, f"{location}[{i}]") for i, one in enumerate(limits))
     if not low < high or (logarithmic and low < 0):
@@ -105,7 +112,7 @@ def _ends(limits: Any, unit: Unit, location: str, logarithmic: bool) -> tuple[fl
     return low, high
 
 
-REPLICATES = 16  # with ten and more, intervals from the scatter of their means hold: see ``computation``
+REPLICATES = 16  # with ten and more, intervals from the scatter of their means hold: see ``probability_bands``
 
 
 def points(count: int, dimensions: int, seed: int) -> np.ndarray:
@@ -119,6 +126,13 @@ def points(count: int, dimensions: int, seed: int) -> np.ndarray:
     power = math.ceil(math.log2(replicate_size))  # drawn at once; the first points of them are used
     random = [np.random.default_rng(one) for one in np.random.SeedSequence(seed).spawn(REPLICATES)]
     return np.array([qmc.Sobol(dimensions, seed=r).random_base2(power)[:replicate_size] for r in random])
+
+
+def sample_values(distributions: Sequence[Distribution], shares: np.ndarray) -> np.ndarray:
+    """Values (q, M) of random quantities at points (M, q) of the unit cube."""
+    tiny = np.finfo(float).tiny
+    inside = np.clip(shares, tiny, 1 - np.finfo(float).epsneg)  # at 0 and 1 the values of a normal distribution are infinite
+    return np.array([one.quantiles(inside[:, k]) for k, one in enumerate(distributions)])
 
 
 _RESAMPLES = 1000
