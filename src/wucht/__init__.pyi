@@ -34,7 +34,7 @@ from .studies.failure_detection.spec import FailureDetection as FailureDetection
 from .studies.load_spectrum.load_records import Records as Records
 from .studies.load_spectrum.study import LoadSpectrum as LoadSpectrum
 from .studies.optimise_balancer.spec import OptimiseBalancer as OptimiseBalancer
-from .studies.orbit_branch.spec import OrbitBranch as OrbitBranch
+from .studies.orbit_branch.study import OrbitBranch as OrbitBranch
 from .studies.phase_portrait.spec import PhasePortrait as PhasePortrait
 from .studies.response.study import Response as Response
 from .studies.run_up.spec import RunUp as RunUp
