@@ -30,7 +30,7 @@ from .studies.comparison.study import Comparison as Comparison
 from .studies.drive_failure import DriveFailure as DriveFailure
 from .studies.entrainment.study import Entrainment as Entrainment
 from .studies.exciter_design.spec import ExciterDesign as ExciterDesign
-from .studies.failure_detection.spec import FailureDetection as FailureDetection
+from .studies.failure_detection.study import FailureDetection as FailureDetection
 from .studies.load_spectrum.load_records import Records as Records
 from .studies.load_spectrum.study import LoadSpectrum as LoadSpectrum
 from .studies.optimise_balancer.spec import OptimiseBalancer as OptimiseBalancer

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from wucht import Comparison
+from wucht import Comparison, FailureDetection
 from wucht.errors import InputError
 from wucht.studies.activation.spec import Activation
 from wucht.studies.approximation.spec import Approximation
@@ -20,7 +20,6 @@ from wucht.studies.capture_probability.study import CaptureProbability
 from wucht.studies.coast_down import CoastDown
 from wucht.studies.entrainment.study import Entrainment
 from wucht.studies.exciter_design.spec import ExciterDesign
-from wucht.studies.failure_detection.spec import FailureDetection
 from wucht.studies.load_spectrum.study import LoadSpectrum
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.orbit_branch.study import OrbitBranch
