@@ -21,7 +21,7 @@ from .studies.activation.spec import Activation as Activation
 from .studies.approximation.spec import Approximation as Approximation
 from .studies.basin.spec import Basin as Basin
 from .studies.cam_contour.study import CamContour as CamContour
-from .studies.cam_correction.spec import CamCorrection as CamCorrection
+from .studies.cam_correction.study import CamCorrection as CamCorrection
 from .studies.cam_law import CamLaw as CamLaw
 from .studies.cam_prediction.spec import CamPrediction as CamPrediction
 from .studies.capture_probability.study import CaptureProbability as CaptureProbability

@@ -13,7 +13,7 @@ from wucht.studies.activation.spec import Activation
 from wucht.studies.approximation.spec import Approximation
 from wucht.studies.basin.spec import Basin
 from wucht.studies.cam_contour.study import CamContour
-from wucht.studies.cam_correction.spec import CamCorrection
+from wucht.studies.cam_correction.study import CamCorrection
 from wucht.studies.cam_law import CamLaw
 from wucht.studies.cam_prediction.spec import CamPrediction
 from wucht.studies.capture_probability.study import CaptureProbability

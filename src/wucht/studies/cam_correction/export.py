@@ -1,4 +1,4 @@
-"""Result -> workshop files of the corrected cam, and a line for each."""
+"""Result -> workshop files of the corrected cam."""
 
 from __future__ import annotations
 
@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING
 
 from wucht.cams.drive_cams import DriveCams
 from wucht.cams.shaft_motion import ShaftMotion
+from wucht.cams.workshop.cam_files import WorkshopFile
 from wucht.cams.workshop.heading import CAM_VERSIONS
 from wucht.cams.workshop.points import SPACING
 from wucht.numerics.fourier_series import FourierSeries
-from wucht.studies.cam_workshop import FileOptions, check_points, drive_of, file_lines, mill_points, write_files
+from wucht.studies.cam_workshop import FileOptions, check_points, drive_of, mill_points, write_files
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def export(result: xr.Dataset, folder: Path) -> list[str]:
+def write_corrected_cam(result: xr.Dataset, folder: Path) -> list[WorkshopFile]:
     """Write the points to mill of the corrected cam, drawings and cam tables, with the study's chord tolerance and decimals.
 
     Without a follower there are cam tables alone. Raises ``InputError`` (study.chord_tolerance), and ``RunError`` where a file
@@ -29,4 +30,4 @@ def export(result: xr.Dataset, folder: Path) -> list[str]:
         check_points(cam, result.cam_angle.values, contour.contour_x.values + 1j * contour.contour_y.values)
     options = FileOptions(study["chord_tolerance"], SPACING, study["decimals"])
     points = mill_points(cams.cams, options.tolerance, options.spacing)
-    return file_lines(write_files(cams, points, folder, options))
+    return write_files(cams, points, folder, options)
