@@ -20,8 +20,8 @@ from .reports.html_report import write_report as write_report
 from .studies.activation.spec import Activation as Activation
 from .studies.approximation.spec import Approximation as Approximation
 from .studies.basin.spec import Basin as Basin
-from .studies.cam_contour.spec import CamContour as CamContour
-from .studies.cam_correction.spec import CamCorrection as CamCorrection
+from .studies.cam_contour.study import CamContour as CamContour
+from .studies.cam_correction.study import CamCorrection as CamCorrection
 from .studies.cam_law import CamLaw as CamLaw
 from .studies.cam_prediction.spec import CamPrediction as CamPrediction
 from .studies.capture_probability.study import CaptureProbability as CaptureProbability
@@ -31,8 +31,8 @@ from .studies.drive_failure import DriveFailure as DriveFailure
 from .studies.entrainment.study import Entrainment as Entrainment
 from .studies.exciter_design.spec import ExciterDesign as ExciterDesign
 from .studies.failure_detection.study import FailureDetection as FailureDetection
-from .studies.load_spectrum.computation import Records as Records
-from .studies.load_spectrum.spec import LoadSpectrum as LoadSpectrum
+from .studies.load_spectrum.load_records import Records as Records
+from .studies.load_spectrum.study import LoadSpectrum as LoadSpectrum
 from .studies.optimise_balancer.spec import OptimiseBalancer as OptimiseBalancer
 from .studies.orbit_branch.study import OrbitBranch as OrbitBranch
 from .studies.phase_portrait.spec import PhasePortrait as PhasePortrait
