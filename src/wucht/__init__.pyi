@@ -49,7 +49,7 @@ from .studies.start_stop import StartStop as StartStop
 from .studies.study_file import compare as compare
 from .studies.study_file import run_file as run_file
 from .studies.sweep.study import Sweep as Sweep
-from .studies.synchronous_states.spec import SynchronousStates as SynchronousStates
+from .studies.synchronous_states.study import SynchronousStates as SynchronousStates
 from .studies.torque_balance import TorqueBalance as TorqueBalance
 from .studies.voltage_dip.study import VoltageDip as VoltageDip
 from .system import System as System

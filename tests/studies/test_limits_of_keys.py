@@ -29,7 +29,7 @@ from wucht.studies.run_up.spec import RunUp
 from wucht.studies.speed_curve.spec import SpeedCurve
 from wucht.studies.stability_map.spec import StabilityMap
 from wucht.studies.sweep.study import Sweep
-from wucht.studies.synchronous_states.spec import SynchronousStates
+from wucht.studies.synchronous_states.study import SynchronousStates
 from wucht.studies.torque_balance import TorqueBalance
 
 BASE: dict[Any, dict[str, Any]] = {
