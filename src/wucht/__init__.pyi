@@ -19,7 +19,7 @@ from .plots.page import PRINT as PRINT
 from .reports.html_report import write_report as write_report
 from .studies.activation.spec import Activation as Activation
 from .studies.approximation.spec import Approximation as Approximation
-from .studies.basin.spec import Basin as Basin
+from .studies.basin.study import Basin as Basin
 from .studies.cam_contour.study import CamContour as CamContour
 from .studies.cam_correction.study import CamCorrection as CamCorrection
 from .studies.cam_law import CamLaw as CamLaw

@@ -16,7 +16,7 @@ from wucht.plots.page import JOURNAL, page_context
 from wucht.plots.sheet import new_figure, write_assumptions
 from wucht.studies.approximation.spec import Approximation
 from wucht.studies.assumptions import assumptions
-from wucht.studies.basin.spec import Basin
+from wucht.studies.basin.study import Basin
 from wucht.studies.load_spectrum.load_records import Records
 from wucht.studies.load_spectrum.study import LoadSpectrum
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer

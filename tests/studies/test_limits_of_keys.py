@@ -11,7 +11,7 @@ from wucht import Comparison, FailureDetection
 from wucht.errors import InputError
 from wucht.studies.activation.spec import Activation
 from wucht.studies.approximation.spec import Approximation
-from wucht.studies.basin.spec import Basin
+from wucht.studies.basin.study import Basin
 from wucht.studies.cam_contour.study import CamContour
 from wucht.studies.cam_correction.study import CamCorrection
 from wucht.studies.cam_law import CamLaw

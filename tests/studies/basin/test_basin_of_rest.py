@@ -3,7 +3,7 @@
 import pytest
 from benchmarks.verdicts import MACHINES, Tried
 
-from wucht.studies.basin.spec import Basin
+from wucht.studies.basin.study import Basin
 from wucht.studies.capture_probability.study import CaptureProbability
 from wucht.studies.runner import run
 

@@ -10,15 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from known_probability import DAMPING, MASS, SPEED, STIFFNESS, asked, machine, share_above_border
 from matplotlib.container import BarContainer
 from scipy.integrate import solve_ivp
 
+from known_borders import DAMPING, MASS, SPEED, STIFFNESS, asked, machine, rail, share_above_border
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.run_up import run_to_end
 from wucht.dynamics.verdicts.outcomes import Outcome
-from wucht.files.building import machine_from
-from wucht.machines.machine import Machine
 from wucht.studies.capture_probability.study import CaptureProbability
 from wucht.studies.runner import draw, load, report
 from wucht.studies.runner import run as ask
@@ -324,25 +322,14 @@ def test_where_no_value_has_a_probability() -> None:
     assert draw(result).get_axes()
 
 
-def rail(torque: float) -> Machine:
-    """Two balls in one track, which overlap where they are nearer than 60 degrees; runs are made one by one, as only a limit
-    would end them."""
-    ball = {"kind": "roller", "about": "drum", "mass": 0.1, "track_radius": 0.06, "radius": 0.02, "shape_factor": 0.4}
-    drum = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 1e-3, "inertia": 1e-2}
-    return machine_from({
-        "carrier": {"mass": 1.0, "stiffness": 1e4, "damping": 20.0},
-        "bodies": [drum, *(ball | {"name": name, "damping": 0.01, "track": "ring"} for name in ("b1", "b2"))],
-        "drive": {"kind": "constant-torque", "on": "drum", "torque": torque},
-    })  # fmt: skip
-
-
 def test_one_by_one_without_a_verdict_no_more_runs_are_made_and_failures_have_their_places() -> None:
-    """One run of each of the 16 replicates. A third of the places is taken; failed runs are named by their own samples."""
+    """One of each of the 16 replicates, as only a limit ends the runs. A third of the places is taken; failed runs are named by
+    their own samples."""
     question = CaptureProbability(
         along="drive.torque", range=[0.5, 1.0], points=2, samples=64, until=0.05,
         random={"b1": {"uniform": [0.0, 2 * math.pi]}}, start={"b2": 0.0},
     )  # fmt: skip
-    result = ask(question, rail(0.5))
+    result = ask(question, rail({"kind": "constant-torque", "torque": 0.5}))
     s = result.wucht.summary
     assert s["runs"] == 2 * 16 and s["probability"][0]["fractions"]["failed"] == pytest.approx(1 / 3, abs=0.15)
     assert "64 at each of 2 values; fewer at 2 of them, where none has a verdict" in "\n".join(report(result))

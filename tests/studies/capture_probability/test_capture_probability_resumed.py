@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from known_probability import KEYS, SPEED, machine
 
 from interrupting import assert_same, stop_at, stopped_at_once, stopped_often
+from known_borders import KEYS, SPEED, machine
 from wucht.studies.capture_probability.study import CaptureProbability
 from wucht.studies.runner import draw, report, run
 

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.colors import ListedColormap
 
 from wucht.plots.limit_set_curves import draw_limit_set
 from wucht.plots.scales import multiples_of_pi
@@ -29,8 +28,10 @@ _SADDLES: dict[str, tuple[str, dict[str, Any]]] = {  # of each kind: its name, a
 _WITHOUT = {"unsettled": "#FFFFFF", "diverges": "#404040", "failed": "#000000", "neutral": "#8C8C8C"}
 
 
-def system_basin_figure(result: xr.Dataset) -> Figure:
+def attractor_figure(result: xr.Dataset) -> Figure:
     """Draw the basins, and the attractors projected on both states, from the Dataset alone."""
+    from matplotlib.colors import ListedColormap
+
     fig, (axis,) = new_figure(1, result.attrs["title"], result.attrs["sentence"], 3.6)
     s, at = result.wucht.summary, result.attrs
     outcome = result["refined_outcome" if "refined_outcome" in result else "outcome"]
