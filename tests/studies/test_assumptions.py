@@ -16,7 +16,7 @@ from wucht.plots.page import JOURNAL, page_context
 from wucht.plots.sheet import new_figure, write_assumptions
 from wucht.studies.approximation.spec import Approximation
 from wucht.studies.assumptions import assumptions
-from wucht.studies.basin.spec import Basin
+from wucht.studies.basin.study import Basin
 from wucht.studies.load_spectrum.load_records import Records
 from wucht.studies.load_spectrum.study import LoadSpectrum
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
@@ -26,7 +26,7 @@ from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, report, run
 from wucht.studies.spec import AVERAGED_EQUATIONS, FULL_EQUATIONS, Spec
 from wucht.studies.speed_curve.spec import SpeedCurve
-from wucht.studies.synchronous_states.spec import SynchronousStates
+from wucht.studies.synchronous_states.study import SynchronousStates
 
 R1, DIMENSIONLESS = "drozdetskaya-2020/r1", "drozdetskaya-2020/table-5.1"
 WITHOUT, KEPT = (f"averaged equations {word} the inertia of the balancing bodies" for word in ("without", "with"))

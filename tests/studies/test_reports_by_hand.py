@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import pytest
 import xarray as xr
-from tests.hand_made import answered, titled, variable
+from tests.hand_made import answered, titled
 from tests.refusals import refused
 
 from wucht.studies.registry import study_of
@@ -52,20 +51,6 @@ def test_a_map_of_basins() -> None:
     assert told[1] == "  runs         96"
     assert told[3:5] == ["  by level     passed 25 %, 12.5 %", "               unidentified 50 %, 50 %"]
     assert told[-2:] == ["  unidentified 50 % of the map, integrated until 1.5 to 2", "  failed       1 run: see the warnings"]
-
-
-def test_a_cam_that_is_nowhere_touched() -> None:
-    follower = {"follower": variable("", 0.0, "follower", "rad")}
-    given: dict[str, Any] = {
-        "sentence": "as by hand", "cams": {}, "min_transmission_angle": math.radians(41.25), "smallest": None,
-        "contact": {"max_force": {"cam": {"value": 0.0, "at": 0.0}}, "least_preload": 2.5},
-    }  # fmt: skip
-    told = lines("cam-contour", False, follower, **given)
-    assert told[2].split() == ["transmission", *f"angle of the linkage at least {told[2].split()[-1]}".split()]
-    assert told[2].split()[-1].startswith("41.") and told[3:] == [
-        "  contact      none: the follower does not touch its cam",
-        "  preload      at least 2.5 N m to keep contact",
-    ]
 
 
 def test_woehler_lines() -> None:

@@ -31,7 +31,7 @@ from wucht.studies.response.study import Response
 from wucht.studies.run_up.study import RunUp
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import Description
-from wucht.studies.synchronous_states.spec import SynchronousStates
+from wucht.studies.synchronous_states.study import SynchronousStates
 
 
 class Numbers:

@@ -18,7 +18,7 @@ from wucht.dynamics.sampling.ensembles import initial_states
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.program import Evaluator
-from wucht.studies.basin.spec import Basin
+from wucht.studies.basin.study import Basin
 from wucht.studies.load_spectrum.study import LoadSpectrum
 from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
