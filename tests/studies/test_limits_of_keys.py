@@ -24,7 +24,7 @@ from wucht.studies.failure_detection.spec import FailureDetection
 from wucht.studies.load_spectrum.spec import LoadSpectrum
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.orbit_branch.spec import OrbitBranch
-from wucht.studies.phase_portrait.spec import PhasePortrait
+from wucht.studies.phase_portrait.study import PhasePortrait
 from wucht.studies.response.study import Response
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.speed_curve.spec import SpeedCurve
