@@ -28,8 +28,7 @@ from wucht.dynamics.sampling.ensemble_equations import Variants, member_equation
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.basin.computation import prepare
-from wucht.studies.basin.spec import Basin
+from wucht.studies.basin.study import Basin
 from wucht.studies.runner import run
 
 _TOLERANCE, _REPETITIONS, _SAMPLES = 1e-6, 5, 100
@@ -126,9 +125,9 @@ def _by_hand(case: Case, times: np.ndarray, threads: int) -> Callable[[], object
     sampled where there are more than two."""
     import heyoka as hy
 
-    plan = prepare(case.question, case.machine)
-    begun, _ = plan.starts(0, np.arange(case.cells**2))
-    equations, variants = member_equations(plan.question, begun[:, 0]), Variants.from_values(case.machine, {}, begun.shape[1])
+    (map_, _) = case.question.prepare(case.machine)
+    begun, _ = map_.starts(0, np.arange(case.cells**2))
+    equations, variants = member_equations(map_.question, begun[:, 0]), Variants.from_values(case.machine, {}, begun.shape[1])
     system, starts = equations.system, equations.starts(begun, variants)
     right, width = taylor_equations(system, parameters_of(system, variants)[0]), 2 * hy.recommended_simd_size()
     original = hy.taylor_adaptive_batch(right, np.zeros((len(right), width)), tol=_TOLERANCE)

@@ -1,108 +1,46 @@
-"""A new study is one folder, or one file like this: the poles of a machine's carrier, their frequency and damping.
+"""A new study is one class, in one file like this: the poles of a machine's carrier, their frequency and damping.
 
 wucht run practice/laundry-drum --import examples/own_study.py --set study.kind=poles
 """
 
-from __future__ import annotations
-
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
-
 import numpy as np
 
-from wucht.extending import (
-    COLOURS,
-    SI,
-    InputError,
-    Machine,
-    Quantity,
-    ReportLines,
-    Spec,
-    Vibration,
-    Work,
-    label,
-    legend_beside,
-    new_figure,
-    result_dataset,
-    si,
-    table,
-)
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
+from wucht.extending import COLOURS, SI, Answer, InputError, Study, Vibration, label, legend_beside, new_figure, si
 
 
-class Poles(Spec):
+class Poles(Study):
     """Natural vibrations of the carrier, with its bodies at rest on it."""
 
-    kind: ClassVar[str] = "poles"
+    kind = "poles"
 
     below: SI[float | None] = si("rad/s", "speed", default=None, gt=0, help="only poles of a smaller angular frequency")
 
+    def prepare(self, machine):
+        """Return M, C, K of the carrier. Raises ``InputError`` for a carrier that cannot vibrate."""
+        if not machine.free_carrier:
+            raise InputError("machine.carrier", None, "cannot vibrate in any direction")
+        return Vibration.of(machine)
 
-@dataclass(frozen=True)
-class Plan:
-    """M, C, K of the carrier, and the limit of the frequency."""
+    def solve(self, machine, vibration, work):
+        """State the poles in the upper half plane, the slowest first."""
+        a, poles = Answer(machine.units), work.unit("poles", lambda: vibration.poles)
+        poles = poles[(poles.imag >= 0) & (np.abs(poles) < (self.below or np.inf))]
+        poles = poles[np.argsort(np.abs(poles))]
+        size, damping = np.abs(poles), -poles.real / np.abs(poles)
+        a.table(
+            "poles", "natural vibrations", over="pole",
+            frequency=(size, "natural frequency", "speed"), damping=(damping, "damping ratio"),
+            rate=(poles.real, "growth rate", "1/time"),
+        )  # fmt: skip
+        a.line("pole", "{frequency}, damping ratio {damping}", at="poles")
+        a.sentence = f"{len(size)} poles; the least damped has a damping ratio of {damping.min():.4g}"
+        yield a
 
-    vibration: Vibration
-    below: float
-    unit: str
-
-
-@dataclass(frozen=True)
-class Findings:
-    """The poles (n,) in the upper half plane, the slowest first, in 1/time."""
-
-    poles: np.ndarray
-
-
-def prepare(spec: Poles, machine: Machine) -> Plan:
-    """Return the plan. Raises ``InputError`` for a carrier that cannot vibrate."""
-    if not machine.free_carrier:
-        raise InputError("machine.carrier", None, "cannot vibrate in any direction")
-    return Plan(Vibration.of(machine), spec.below or np.inf, machine.units.speed)
-
-
-def run(plan: Plan, work: Work) -> Iterator[Findings]:
-    """Compute the poles in one unit of work."""
-    yield work.unit("poles", lambda: Findings(_upper(plan)))
-
-
-def _upper(plan: Plan) -> np.ndarray:
-    poles = plan.vibration.poles
-    poles = poles[(poles.imag >= 0) & (np.abs(poles) < plan.below)]
-    return poles[np.argsort(np.abs(poles))]
-
-
-def dataset(plan: Plan, findings: Findings) -> xr.Dataset:
-    """Return the results; the meaning and the unit of each number are stated only here."""
-    size = np.abs(findings.poles)
-    damping = -findings.poles.real / size
-    poles = [{"frequency": w, "damping": d} for w, d in zip(size.tolist(), damping.tolist(), strict=True)]
-    parts = {"frequency": ("natural frequency", plan.unit), "damping": ("damping ratio", "")}
-    quantities = [
-        *table("poles", poles, "natural vibrations", parts, "pole", {"frequency": float, "damping": float}),
-        Quantity("pole_rate", findings.poles.real, "growth rate", plan.unit.replace("rad", "1"), "pole"),
-    ]
-    return result_dataset(quantities, f"{len(size)} poles; the least damped has a damping ratio of {damping.min():.4g}")
-
-
-def figure(result: xr.Dataset) -> Figure:
-    """Draw the poles in the complex plane."""
-    sheet, (axis,) = new_figure(1, result.attrs["title"], result.attrs["sentence"], 3.0)
-    rate, frequency = result.pole_rate.values, result.pole_frequency.values
-    axis.plot(rate, np.sqrt(frequency**2 - rate**2), "x", color=COLOURS[0], label="poles")
-    axis.set_xlabel(label(result, "pole_rate"))
-    axis.set_ylabel(label(result, "pole_frequency"))
-    legend_beside(axis)
-    return sheet
-
-
-def report(result: xr.Dataset) -> list[str]:
-    """Return a line for each pole."""
-    lines = ReportLines(result)
-    for pole in result.wucht.summary["poles"]:
-        lines.add("pole", "{frequency}, damping ratio {damping}", pole, "poles")
-    return lines.report(result.wucht.sentence)
+    def draw(self, result):
+        """Draw the poles in the complex plane."""
+        sheet, (axis,) = new_figure(1, result.attrs["title"], result.attrs["sentence"], 3.0)
+        rate, frequency = result.pole_rate.values, result.pole_frequency.values
+        axis.plot(rate, np.sqrt(frequency**2 - rate**2), "x", color=COLOURS[0], label="poles")
+        axis.set(xlabel=label(result, "pole_rate"), ylabel=label(result, "pole_frequency"))
+        legend_beside(axis)
+        return sheet

@@ -1,9 +1,9 @@
 """All names that a study or a part in another package needs, from one place.
 
-A study is a class of ``Spec`` with a ``kind`` and the functions ``prepare(spec, machine) -> plan``,
-``run(plan, work) -> iterator of findings``, ``dataset(plan, findings) -> xarray.Dataset``, ``figure(dataset) -> Figure`` and
-``report(dataset) -> list of str`` in one module (``examples/own_study.py``); a part is a class of ``Body``, ``Drive``, ``Load``
-or another ``Part`` with its energies (``examples/own_part.py``). ``--import`` or an entry point makes them known.
+A study is a class of ``Study`` with a ``kind``, its keys as fields, and the methods ``prepare(subject)``,
+``solve(subject, prepared, work)``, which yields an ``Answer``, and ``draw(result) -> Figure`` (``examples/own_study.py``). A
+part is a class of ``Body``, ``Drive``, ``Load`` or another ``Part`` with its energies (``examples/own_part.py``).
+``--import`` or an entry point makes them known.
 
 >>> from wucht.extending import RunSettings, load_machine, run_to_end
 >>> motion = run_to_end(load_machine("drozdetskaya-2020/r1"), {"p1": 0.3, "p2": -0.5}, RunSettings(until=4.0))

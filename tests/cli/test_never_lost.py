@@ -36,12 +36,12 @@ ranges = { x = [-2, 2], y = [-1, 1] }
 
 
 def own_study(figure: str = "", report: str = "") -> str:
-    """The example of a study in a user's file, with other functions that show its result: their bodies."""
+    """The example of a study in a user's file, with other methods that show its result: their bodies."""
     text = OWN_STUDY.read_text(encoding="utf-8")
-    for name, body in (("figure", figure), ("report", report)):
+    for name, body in (("draw", figure), ("report", report)):
         if body:
-            text = text.replace(f"def {name}(result", f"def unused_{name}(result")
-            text += f"\n\ndef {name}(result: xr.Dataset) -> Any:\n    {body}\n"
+            text = text.replace(f"def {name}(self, result", f"def unused_{name}(self, result")
+            text += f"\n    def {name}(self, result):\n        {body}\n"
     Path("my_study.py").write_text(text, encoding="utf-8")
     return "my_study.py"
 
@@ -90,13 +90,9 @@ def test_a_figure_and_a_report_that_fail_are_warnings(here: Path) -> None:
 
 def test_one_format_or_table_that_fails_leaves_the_others(here: Path) -> None:
     """A folder stands in the place of one file, from a run on: what cannot be written there is named."""
-    module = own_study(figure="Path('out/.wucht-new/poles.pdf').mkdir(); return unused_figure(result)")
-    text = (
-        Path(module).read_text(encoding="utf-8").replace("import numpy as np", "from pathlib import Path\n\nimport numpy as np")
-    )
-    Path(module).write_text(
-        text.replace("import annotations\n", "import annotations\nfrom typing import Any\n"), encoding="utf-8"
-    )
+    module = own_study(figure="Path('out/.wucht-new/poles.pdf').mkdir(); return self.unused_draw(result)")
+    text = Path(module).read_text(encoding="utf-8")
+    Path(module).write_text(text.replace("import numpy", "from pathlib import Path\n\nimport numpy", 1), encoding="utf-8")
     ended = outside("run", *POLES, "--import", module, "--format", "pdf", "--format", "png")
     assert ended.returncode == 0, ended.stderr
     assert "warning: not written: figure poles.pdf (out/.wucht-new/poles.pdf cannot be written: Is a directory)" in ended.stderr
@@ -108,7 +104,7 @@ def test_one_format_or_table_that_fails_leaves_the_others(here: Path) -> None:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 def test_a_process_that_ends_while_it_draws_has_its_result(here: Path, number: int) -> None:
     """The first Ctrl-C is kept for the next report of progress, the second ends the process at once; a kill cannot wait."""
-    kill = f"import os; [os.kill(os.getpid(), {int(number)}) for _ in range(2)]; return unused_figure(result)"
+    kill = f"import os; [os.kill(os.getpid(), {int(number)}) for _ in range(2)]; return self.unused_draw(result)"
     ended = outside("run", *POLES, "--import", own_study(figure=kill), "--csv")
     assert ended.returncode == (130 if number == signal.SIGINT else -number), ended.stderr
     result, summary = load_result(Path("out")), json.loads(Path("out/summary.json").read_text(encoding="utf-8"))

@@ -158,7 +158,7 @@ def test_files_are_read(page: Path, block: Block, here: Path) -> None:
         machine_from(machine)
     if "study" in document:
         table = document["study"]
-        studies()[table["kind"]].spec.from_table(table)
+        studies()[table["kind"]].study.from_table(table)
 
 
 @pytest.mark.slow

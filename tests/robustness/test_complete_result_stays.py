@@ -27,47 +27,31 @@ QUESTIONS: dict[str, tuple[str, dict[str, Any], str]] = {  # the last: during wh
 }
 UNITS = 6
 OWN_STUDY = Path(__file__).parents[2] / "examples" / "own_study.py"
-SLOW_STUDY = f'''
-import os
-import time
-from dataclasses import replace
-
-
-def run(plan, work):
-    """In {UNITS} units; before one of them the process gets a signal, or the study fails."""
-    for k in range({UNITS}):
-        if str(k) == os.environ.get("AT"):
-            what = os.environ["WHAT"]
+SLOW_STUDY = f"""
+    def solve(self, machine, vibration, work):
+        for k in range({UNITS}):
+            what = os.environ["WHAT"] if str(k) == os.environ.get("AT") else ""
             if what == "memory":
                 raise MemoryError
-            if what != "failure":
+            if what and what != "failure":
                 os.kill(os.getpid(), int(what))
-            else:
-                yield replace(findings, poles=findings.poles * float("nan"))
+            if os.environ["WHAT"] == "{int(signal.SIGKILL)}" and k == 1:
+                time.sleep(2.1)  # units are written every two seconds
+            work.report(k / {UNITS}, "poles")
+            (answer,) = self.quick_solve(machine, vibration, work.part(str(k), k / {UNITS}, (k + 1) / {UNITS}))
+            answer.failure = "the poles are lost" if what == "failure" else None
+            yield answer
+            if answer.failure:
                 return
-        if os.environ["WHAT"] == "{int(signal.SIGKILL)}" and k == 1:
-            time.sleep(2.1)  # units are written every two seconds
-        work.report(k / {UNITS}, "poles")
-        findings = work.unit(f"poles {{k}}", lambda: Findings(_upper(plan)))
-        yield findings
-
-
-def dataset(plan, findings):
-    result = whole_dataset(plan, findings)
-    failed = bool(np.isnan(findings.poles).any())
-    return result.assign_attrs(failure="the poles are lost" if failed else "")
-'''
+"""
 
 
 @pytest.fixture
 def begun(tmp_path: Path) -> Path:
     """A folder with a complete result in ``out``, and a study that ends in many ways."""
     children.load_everything()
-    text = (
-        OWN_STUDY.read_text(encoding="utf-8")
-        .replace("def run(", "def quick_run(")
-        .replace("def dataset(", "def whole_dataset(")
-    )
+    text = OWN_STUDY.read_text(encoding="utf-8").replace("def solve(", "def quick_solve(")
+    text = text.replace("import numpy", "import os\nimport time\n\nimport numpy", 1)
     (tmp_path / "my_study.py").write_text(text + SLOW_STUDY, encoding="utf-8")
     assert poles(tmp_path).code == 0
     assert set(complete(tmp_path / "out")) == {"result.nc", "poles.png", "summary.json"}

@@ -16,9 +16,9 @@ from wucht.plots.page import JOURNAL, page_context
 from wucht.plots.sheet import new_figure, write_assumptions
 from wucht.studies.approximation.spec import Approximation
 from wucht.studies.assumptions import assumptions
-from wucht.studies.basin.spec import Basin
-from wucht.studies.load_spectrum.computation import Records
-from wucht.studies.load_spectrum.spec import LoadSpectrum
+from wucht.studies.basin.study import Basin
+from wucht.studies.load_spectrum.load_records import Records
+from wucht.studies.load_spectrum.study import LoadSpectrum
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.registry import studies
 from wucht.studies.response.study import Response
@@ -79,7 +79,7 @@ def test_own_equations() -> None:
 
 @pytest.mark.parametrize("kind", [kind for kind, study in studies().items() if study.package.startswith("wucht.")])
 def test_no_study_keeps_its_equations_to_itself(kind: str) -> None:
-    spec = studies()[kind].spec
+    spec = studies()[kind].study
     assert spec.solves or "model" in spec.model_fields or "equations" in vars(spec) or kind in SAYS_BY_ITS_DATASET
 
 

@@ -20,12 +20,13 @@ from tests.refusals import failed
 from tiled_squares import TiledSquares, marks
 
 from interrupting import assert_same
+from known_borders import rail
 from wucht.errors import InputError, RunError
 from wucht.files.catalogue import load_machine
 from wucht.studies import cluster
+from wucht.studies.basin.study import Basin
 from wucht.studies.response.study import Response
 from wucht.studies.runner import run as ask
-from wucht.studies.study_file import read_study
 
 HERE = Path(__file__).parent
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
@@ -371,15 +372,12 @@ def test_a_study_without_tiles() -> None:
 
 
 @pytest.mark.slow
-def test_a_map_of_basins_is_the_same(two: Loopback, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With the engine, tiles of a few cells, by two processes and by one."""
-    monkeypatch.setattr("wucht.studies.basin.computation._TILE", {"full": 30, "slow": 30})
-    asked = read_study("drozdetskaya-2020/figure-5.10")
-    axes = {name: (*ends, 10) for name, (*ends, _) in asked.spec.axes.items()}
-    spec = asked.spec.model_copy(update={"axes": axes, "refine": 1})
-    result = ask(spec, asked.subject)
+def test_a_map_of_basins_is_the_same(two: Loopback) -> None:
+    """With the engine, in two units of the first level and more of the second, by two processes and by one."""
+    spec = Basin(axes={name: [0.0, "360 deg", cells] for name, cells in (("b1", 17), ("b2", 16))}, until=0.02, refine=1)
+    result = ask(spec, rail())
     assert len(result.wucht.summary["fractions"]) == 2
-    assert_same(result, ask(spec, asked.subject, scheduler=two.address))
+    assert_same(result, ask(spec, rail(), scheduler=two.address))
 
 
 def test_the_option_of_the_command(refused: Callable[..., str]) -> None:

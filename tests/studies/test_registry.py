@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import doctest
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
@@ -70,6 +71,78 @@ def counting(here: Path) -> Iterator[Callable[..., tuple[str, ...]]]:
 
     yield written
     sys.modules[name].Counting.kind = ""
+
+
+ONE_CLASS = """
+from wucht.extending import Answer, Study, new_figure
+
+
+class Counting(Study):
+    \"\"\"Count the bodies of a machine.\"\"\"
+
+    kind = "{kind}"
+
+    def solve(self, machine, prepared, work):
+        a = Answer(machine.units)
+        a.number("bodies", len(machine.bodies), "number of bodies")
+        a.sentence = "counted"
+        a.line("bodies", "{{bodies:.3g}}")
+        {end} a
+
+    def {draw}(self, result):
+        return new_figure(1, result.attrs["title"], result.attrs["sentence"], 2.0)[0]
+"""
+
+
+@pytest.fixture
+def module(here: Path) -> Iterator[Callable[..., str]]:
+    """Writes a module with a study of one class; it has no kind any more when the test is done."""
+    name = f"class_of_{here.name}".replace("-", "_")
+
+    def written(kind: str = "count", end: str = "yield", draw: str = "draw") -> str:
+        Path(f"{name}.py").write_text(ONE_CLASS.format(kind=kind, end=end, draw=draw), encoding="utf-8")
+        return name
+
+    yield written
+    if name in sys.modules:
+        sys.modules[name].Counting.kind = ""
+
+
+def test_a_study_is_one_class(wucht: Callable[..., Any], module: Callable[..., str]) -> None:
+    name = module()
+    done = wucht("run", "practice/laundry-drum", "--import", f"{name}.py", "--set", "study.kind=count", "-o", "out")
+    assert (done.code, "  bodies       7" in done.out.splitlines()) == (0, True)
+    shown = wucht("report", "out", "--import", f"{name}.py", "-o", "page.html")
+    assert shown.code == 0
+
+
+@pytest.mark.parametrize(("wrong", "says"), [({"end": "return"}, "solve"), ({"draw": "drwa"}, "draw")])
+def test_a_class_without_what_a_study_needs_is_refused_when_it_is_made(
+    refused: Callable[..., str], module: Callable[..., str], wrong: dict[str, str], says: str
+) -> None:
+    words = ("run", "practice/laundry-drum", "--import", f"{module(**wrong)}.py", "--set", "study.kind=count")
+    refused(*words, says=("--import", "Counting, a study of the kind 'count', must have a method", says))
+
+
+def test_the_figure_of_a_result_needs_the_module_of_its_study(
+    refused: Callable[..., str], wucht: Callable[..., Any], module: Callable[..., str]
+) -> None:
+    name = module()
+    assert wucht("run", "practice/laundry-drum", "--import", f"{name}.py", "--set", "study.kind=count", "-o", "out").code == 0
+    sys.modules[name].Counting.kind = ""
+    refused("plot", "out", says=(f"it is in the module {name}, to be imported first: --import {name}",))
+
+
+@pytest.mark.parametrize(("place", "warns"), [("{}:Counting", False), ("{}", True)])
+def test_an_entry_point_names_a_class_or_a_module_with_one(
+    module: Callable[..., str], monkeypatch: pytest.MonkeyPatch, here: Path, place: str, warns: bool
+) -> None:
+    name = module()
+    monkeypatch.syspath_prepend(here)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        assert StudyEntry("count", place.format(name)).study.__name__ == "Counting"
+    assert [f"name its class, {name}:Counting" in str(w.message) for w in caught] == [True] * warns
 
 
 def test_a_study_that_cannot_be_loaded_is_a_line(wucht: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:

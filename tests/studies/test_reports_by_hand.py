@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -10,11 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.hand_made import answered, five_functions, titled, variable
+from tests.hand_made import answered, titled
 from tests.refusals import refused
 
-import wucht
-from wucht.files.catalogue import load_machine
 from wucht.results.quantities import Quantity, StudyResult
 from wucht.studies.registry import study_of
 from wucht.studies.run_up import combined_runs
@@ -26,7 +23,7 @@ AT = "10 rad/s (95 rpm)"
 
 def lines(kind: str, dimensionless: bool = False, data: Any = None, /, **summary: Any) -> list[str]:
     made = titled(answered(xr.Dataset(data or {}), summary, dimensionless=dimensionless), dimensionless)
-    told: list[str] = study_of(kind).report(made)
+    told: list[str] = study_of(kind).drawer.report(made)
     return told
 
 
@@ -60,63 +57,6 @@ def test_a_map_of_basins() -> None:
     assert told[1] == "  runs         96"
     assert told[3:5] == ["  by level     passed 25 %, 12.5 %", "               unidentified 50 %, 50 %"]
     assert told[-2:] == ["  unidentified 50 % of the map, integrated until 1.5 to 2", "  failed       1 run: see the warnings"]
-
-
-def test_a_sweep() -> None:
-    jump = {
-        "direction": "up", "drive.slope": 0.123456789, "from_speed": 10.0, "to_speed": 20.0, "from_amplitude": 1e-3,
-        "to_amplitude": 2e-3,
-    }  # fmt: skip
-    given: dict[str, Any] = {
-        "along": "drive.slope", "along_unit": "N m s", "range": [0.1, 0.2], "rate": 1e-4, "rate_unit": "N m",
-        "rate_chosen": True,
-        "sentence": "as by hand", "ends": {"up": {"from_speed": 5.0, "to_speed": 20.0}}, "jumps": [jump],
-        "hysteresis": [0.11, 0.12],
-        "jump_tolerance": 1e-4, "energy_residual": 1.5e-9,
-    }  # fmt: skip
-    assert lines("sweep", **given) == [
-        "A machine",
-        "verdict: ONE JUMP",
-        "  sweep        drive.slope from 0.1 to 0.2 N m s at 0.0001 N m (chosen so that the machine follows)",
-        "  up           5 rad/s (48 rpm) to 20 rad/s (191 rpm)",
-        "  jump         rising, at drive.slope = 0.123457 N m s:",
-        f"               speed {AT} to 20 rad/s (191 rpm)",
-        "               amplitude 1 mm to 2 mm",
-        "  hysteresis   between 0.11 and 0.12 N m s the state depends on the direction of the sweep",
-        "  accuracy     1e-04 of these values, obtained with drive.slope held: independent of the rate",
-        "  energy       balance closed to 1.5e-09",
-    ]
-    plain = lines("sweep", **given | {"jumps": [], "hysteresis": None, "rate_chosen": False, "energy_residual": None})
-    assert (
-        plain[1:3] == ["verdict: NO JUMP", "  sweep        drive.slope from 0.1 to 0.2 N m s at 0.0001 N m"] and len(plain) == 4
-    )
-    assert lines("sweep", **given | {"jumps": [jump, jump | {"direction": "down"}]})[1] == "verdict: 2 JUMPS"
-    assert lines("sweep", **given | {"sentence": "the sweep broke off"})[1] == "verdict: THE SWEEP BROKE OFF"
-
-
-def test_a_cam_that_is_nowhere_touched() -> None:
-    follower = {"follower": variable("", 0.0, "follower", "rad")}
-    given: dict[str, Any] = {
-        "sentence": "as by hand", "cams": {}, "min_transmission_angle": math.radians(41.25), "smallest": None,
-        "contact": {"max_force": {"cam": {"value": 0.0, "at": 0.0}}, "least_preload": 2.5},
-    }  # fmt: skip
-    told = lines("cam-contour", False, follower, **given)
-    assert told[2].split() == ["transmission", *f"angle of the linkage at least {told[2].split()[-1]}".split()]
-    assert told[2].split()[-1].startswith("41.") and told[3:] == [
-        "  contact      none: the follower does not touch its cam",
-        "  preload      at least 2.5 N m to keep contact",
-    ]
-
-
-def test_what_is_not_swept() -> None:
-    shaken = load_machine("sperling-vibration/figure-2a")
-    frequency = shaken.shaking[1].name
-    with refused("study.along", "would run away", given=frequency):
-        five_functions("sweep").prepare(wucht.Sweep(along=frequency, range=(5.0, 7.0), rate=1e-3), shaken)
-    schedule: Any = SimpleNamespace(parameter="carrier.stiffness")
-    scheduled = load_machine("drozdetskaya-2020/r1").with_fields(schedules=(schedule,))
-    with refused("machine.schedules", given=None):
-        five_functions("sweep").prepare(wucht.Sweep(along="drive.slope", range=(1e-3, 2e-3), rate=1e-6), scheduled)
 
 
 def test_woehler_lines() -> None:

@@ -18,7 +18,7 @@ from wucht.studies import resource_limits as room
 from wucht.studies import runner
 from wucht.studies.coast_down import CoastDown
 from wucht.studies.entrainment.study import Entrainment
-from wucht.studies.load_spectrum.spec import LoadSpectrum
+from wucht.studies.load_spectrum.study import LoadSpectrum
 from wucht.studies.run_up.computation import numbers, prepare
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run

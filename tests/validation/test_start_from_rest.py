@@ -23,7 +23,7 @@ from wucht.machines.machine import Machine
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 from wucht.studies.torque_balance import TorqueBalance
-from wucht.studies.voltage_dip.spec import VoltageDip
+from wucht.studies.voltage_dip.study import VoltageDip
 
 G, UNBALANCE, INERTIA = 9.81, 0.1, 0.05
 MOMENT = UNBALANCE * G

@@ -7,13 +7,14 @@ report, tables, CSV files and the pages of the docs follow from the answer.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from wucht.machines.structure import Units
-from wucht.results.quantities import Quantity, StudyResult
+from wucht.results.quantities import Quantity, StudyResult, group
 from wucht.results.store import to_json
 
 if TYPE_CHECKING:
@@ -33,6 +34,8 @@ class Answer:
     ----------
     units : Units, optional
         Units of the subject, ``machine.units``; by default SI.
+    fill : callable, optional
+        Called with the answer once it is needed, and states it: of the answers after each leg of a run most never are.
 
     Attributes
     ----------
@@ -44,12 +47,14 @@ class Answer:
         Reason why the answer is not complete.
     """
 
-    def __init__(self, units: Units | None = None) -> None:
+    def __init__(self, units: Units | None = None, fill: Callable[[Answer], object] | None = None) -> None:
         self.sentence = ""
         self.verdict: str | None = None
         self.failure: str | None = None
         self._units = units or Units()
+        self._fill = fill
         self._quantities: list[Quantity] = []
+        self._path = ""
         self._lines: list[tuple[str | None, str, dict[str, str]]] = []
         self._warnings: list[str] = []
         self._assumptions: list[str] = []
@@ -110,22 +115,55 @@ class Answer:
         over : str, optional
             Dimension of the variables, whose names begin with it: the column ``speed`` over ``point`` is ``point_speed``.
         kinds : mapping, optional
-            The columns that are variables, and their types: ``float`` (None is not a number), ``str``, ``np.int8`` (flags). By
-            default all, with the types of their values.
+            The columns that are variables, in their order, and their types: ``float`` (None is not a number), ``str``,
+            ``np.int8`` (flags). By default all, with the types of their values.
         headline : sequence of str
             Columns that are among the main numbers of a comparison.
         columns
             Values, name in words and unit of each column. One that is empty beside others is not in the rows: it is only
             described.
         """
+        self.table_of(name, what, columns, over, kinds, headline)
+
+    def table_of(
+        self,
+        name: str,
+        what: str,
+        columns: Mapping[str, Column],
+        over: str = "",
+        kinds: Mapping[str, type] | None = None,
+        headline: Sequence[str] = (),
+        optional: Sequence[str] = (),
+    ) -> None:
+        """State a list of tables, the names of whose columns users choose, such as the path of a parameter.
+
+        Parameters
+        ----------
+        name, what, columns, over, kinds, headline
+            As of ``table``.
+        optional : sequence of str
+            Columns that a row lacks where their value is None.
+        """
         plain = {name: v.tolist() if isinstance(v, np.ndarray) else list(v) for name, (v, *_) in columns.items() if len(v)}
-        rows = [dict(zip(plain, row, strict=True)) for row in zip(*plain.values(), strict=True)]
+        rows = [
+            {column: value for column, value in zip(plain, row, strict=True) if value is not None or column not in optional}
+            for row in zip(*plain.values(), strict=True)
+        ]
         parts = {column: (words, self.unit(*unit)) for column, (_, words, *unit) in columns.items()}
         self._quantities.append(Quantity(name, rows, what, parts=parts, headline=headline or False))
-        for column, (values, words, *unit) in columns.items() if over else ():
-            if kinds is None or column in kinds:
-                of_kind = np.asarray(values) if kinds is None else np.array(plain.get(column, []), kinds[column])
-                self.curve(f"{over}_{column}", of_kind, words, "".join(unit), over)
+        for column in (columns if kinds is None else kinds) if over else ():
+            values, words, *unit = columns[column]
+            of_kind = np.asarray(values) if kinds is None else np.array(plain.get(column, []), kinds[column])
+            self.curve(f"{over}_{column}", of_kind, words, "".join(unit), over)
+
+    @contextmanager
+    def group(self, name: str, what: str) -> Iterator[None]:
+        """State a table of the summary: within it the numbers are its keys, and the fields of lines are these numbers."""
+        quantities, path = self._quantities, self._path
+        self._quantities, self._path = [], f"{path}.{name}".strip(".")
+        yield
+        quantities.append(group(name, self._quantities, what))
+        self._quantities, self._path = quantities, path
 
     def add(self, quantities: Iterable[Quantity]) -> None:
         """State quantities that several studies share."""
@@ -143,13 +181,14 @@ class Answer:
             list; ``{slip:%}``, a share in percent; ``{turns:.3g}``, with a format, ``.Ng``, ``.Nf``, ``.Ne``, and ``%`` after
             them. Numbers of a table are listed with their names.
         at : str, optional
-            Path before those of the fields, such as ``jumps[0]``.
+            Path before those of the fields, such as ``jumps[0]``; of a list that is stated, ``jumps``, a line for each item.
         texts
             Texts for fields of these names.
         """
-        if at:
-            text = re.sub(r"\{([\w.]+)", lambda field: field[0] if field[1] in texts else f"{{{at}.{field[1]}", text)
-        self._lines.append((heading, text, texts))
+        items = next((q.value for q in self._quantities if q.name == at and isinstance(q.value, list)), None)
+        for path in [at] if items is None else [f"{at}[{k}]" for k in range(len(items))]:
+            within = ".".join(filter(None, (self._path, path)))
+            self._lines.append((heading, _at_path(text, within, texts) if within else text, texts))
 
     def warn(self, *sentences: str) -> None:
         """Add doubts."""
@@ -173,8 +212,16 @@ class Answer:
 
     def to_dataset(self, base: xr.Dataset | None = None) -> xr.Dataset:
         """Return the Dataset; given one with the variables, a copy of it with the attributes. See ``StudyResult``."""
+        if self._fill is not None:
+            fill, self._fill = self._fill, None
+            fill(self)
         lines = to_json({"verdict": self.verdict, "lines": self._lines}, indent=None)
         attributes = self._attributes | {"lines": lines}
         return StudyResult(
             self._quantities, self.sentence, self._warnings, self._assumptions, self.failure, attributes
         ).to_dataset(base)
+
+
+def _at_path(text: str, path: str, texts: Mapping[str, str]) -> str:
+    """A text with a path before those of its fields, but for fields of texts."""
+    return re.sub(r"\{([^{}:]+)", lambda field: field[0] if field[1] in texts else f"{{{path}.{field[1]}", text)

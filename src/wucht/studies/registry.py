@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -30,10 +30,11 @@ _CLASS_MODULES = ("study", "spec")  # of a package, with its class
 
 @dataclass(frozen=True)
 class StudyEntry:
-    """A kind of study and its place, ``module:Class`` or a module. The class is loaded when it is used."""
+    """A kind of study and its place, ``module:Class`` or a module. Its class is loaded when it is used, unless it is given."""
 
     kind: str
     place: str
+    loaded_class: type[Study] | None = field(default=None, compare=False)
 
     @property
     def package(self) -> str:
@@ -45,6 +46,8 @@ class StudyEntry:
     @cached_property
     def study(self) -> type[Study]:
         """The class. Raises ``WuchtError`` if it cannot be loaded."""
+        if self.loaded_class is not None:
+            return self.loaded_class
         module, _, name = self.place.partition(":")
         try:
             candidates = [vars(import_module(module)).get(name)] if name else self._classes(module)
@@ -111,10 +114,10 @@ def _installed_studies() -> dict[str, StudyEntry]:
     return by_kind
 
 
-def _add_study(by_kind: dict[str, StudyEntry], entry: StudyEntry, source: str, study: type[Study] | None = None) -> None:
-    """Add a study to the registry. study: its class, if that is loaded. Raises ``InputError`` if another one has its kind."""
-    present = by_kind.setdefault(entry.kind, entry)
-    if present.package != entry.package and (study is None or present.study is not study):
+def _add_study(by_kind: dict[str, StudyEntry], entry: StudyEntry, source: str) -> None:
+    """Add a study to the registry. Raises ``InputError`` if another one has its kind."""
+    present, loaded_class = by_kind.setdefault(entry.kind, entry), entry.loaded_class
+    if present.package != entry.package and (loaded_class is None or present.study is not loaded_class):
         requirement = f"not allowed: {present.package} has a study of this kind; choose another name"
         raise InputError(f"kind of {source}", entry.kind, requirement)
 
@@ -128,7 +131,7 @@ def studies() -> dict[str, StudyEntry]:
         pending += cls.__subclasses__()
         if cls.kind and "kind" in vars(cls):
             place = f"{cls.__module__}:{cls.__name__}"
-            _add_study(by_kind, StudyEntry(cls.kind, place), place, cls)
+            _add_study(by_kind, StudyEntry(cls.kind, place, cls), place)
     return dict(sorted(by_kind.items()))
 
 

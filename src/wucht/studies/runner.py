@@ -243,6 +243,7 @@ def _commit(result: xr.Dataset, folder: Path, summarise: Writer | None) -> None:
 
 def _common_attributes(spec: Study, subject: Any, description: Description, dataset: xr.Dataset) -> dict[str, Any]:
     """Attributes of every result, complete or not."""
+    module = type(spec).__module__
     return {
         "study": spec.kind,
         "contents": to_json([str(name) for name in dataset.variables], indent=None),
@@ -251,6 +252,7 @@ def _common_attributes(spec: Study, subject: Any, description: Description, data
         "assumed": to_json([*assumptions(spec, subject), *dataset.wucht.assumed], indent=None),
         "notes": to_json(list(description.notes), indent=None),
         "parts": to_json(list(description.parts), indent=None),
+        **({} if module.startswith("wucht.") else {"study_module": module}),
     }
 
 
@@ -377,7 +379,9 @@ def _study_of_result(result: xr.Dataset) -> Iterator[StudyEntry]:
     """The study of a result. Errors of its functions in a result that may have been edited become an ``InputError``."""
     kind, by_kind = result.attrs.get("study"), studies()
     if kind not in by_kind:
-        raise InputError("study", kind, "there is no figure for this study")
+        module = result.attrs.get("study_module")
+        place = "is not installed" if module is None else f"is in the module {module}, to be imported first: --import {module}"
+        raise InputError("study", kind, f"there is no study of this kind; it {place}")
     contents = result.wucht.contents if "contents" in result.attrs else ["contents"]
     missing = [n for n in contents if n not in result.variables]
     if missing:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
@@ -111,17 +112,17 @@ class StartStop(Study):
         """Integrate the cycle leg by leg."""
         case, signal, line = prepared
         for up in loaded_runs(case, signal, 0.0, work.part("up", 0.0, _UP_SHARE)):
-            yield self._answer(machine, prepared, up)
+            yield Answer(machine.units, partial(self._fill, machine, prepared, up, None))
         settings = RunSettings(tolerance=self.tolerance, engine=self.engine)
         stop = None if up.trajectory.failure else stop_case(case.machine, up.trajectory, settings)
         if stop is None:
             return
         signal = None if line is None else machine_signal(stop.machine, self.signal, self.direction)
         for down in loaded_runs(stop, signal, up.trajectory.end_time, work.part("down", _UP_SHARE, 1.0)):
-            yield self._answer(machine, prepared, up, down)
+            yield Answer(machine.units, partial(self._fill, machine, prepared, up, down))
 
-    def _answer(self, machine: Machine, prepared: Prepared, up: LoadedRun, down: LoadedRun | None = None) -> Answer:
-        a, verdict, runs = Answer(machine.units), up.verdict, [up, *([] if down is None else [down])]
+    def _fill(self, machine: Machine, prepared: Prepared, up: LoadedRun, down: LoadedRun | None, a: Answer) -> None:
+        verdict, runs = up.verdict, [up, *([] if down is None else [down])]
         a.failure = next((r.trajectory.failure for r in runs if r.trajectory.failure), None)
         a.warn(*([a.failure] if a.failure else []), *up.case.horizon.warnings, *up.case.models[0].warnings)
         a.attribute(outcome=str(verdict.outcome))
@@ -158,7 +159,6 @@ class StartStop(Study):
         amplitudes = np.concatenate([c.amplitude for c in courses])
         a.curve("amplitude", amplitudes, "amplitude of the axis", machine.orbit_unit, "time")
         a.add(q for q in natural_vibrations(up.case.machine) if q.dimensions)
-        return a
 
     def _state_damage(self, a: Answer, prepared: Prepared, up: LoadedRun, down: LoadedRun | None) -> None:
         """State Miner's sum of a cycle and of steady operation, and how many cycles the target life allows."""

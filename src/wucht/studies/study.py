@@ -102,7 +102,11 @@ class Study(TableModel):
         """Refuse a study that lacks a method. Raises ``TypeError``."""
         super().__pydantic_init_subclass__(**options)
         if "kind" in vars(cls) and cls.kind:
-            cls.check_class()
+            try:
+                cls.check_class()
+            except TypeError:
+                cls.kind = ""  # it exists until it is collected, and is no study until then
+                raise
 
     @classmethod
     def check_class(cls) -> None:

@@ -18,13 +18,13 @@ from wucht.dynamics.sampling.ensembles import initial_states
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.program import Evaluator
-from wucht.studies.basin.spec import Basin
-from wucht.studies.load_spectrum.spec import LoadSpectrum
+from wucht.studies.basin.study import Basin
+from wucht.studies.load_spectrum.study import LoadSpectrum
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 from wucht.studies.spec import Spec
 from wucht.studies.start_stop import StartStop
-from wucht.studies.sweep.spec import Sweep
+from wucht.studies.sweep.study import Sweep
 from wucht.web.shared_study import shared_page
 
 MOUNTED = {"mass": 10.0, "stiffness": [2e4, 3e4], "damping": 50.0, "gravity": 9.81}

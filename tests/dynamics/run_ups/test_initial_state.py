@@ -17,7 +17,7 @@ from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.basin.spec import Basin
+from wucht.studies.basin.study import Basin
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from wucht.dynamics.sampling.distributions import REPLICATES, points
+from wucht.dynamics.sampling.probability_bands import interval
 from wucht.dynamics.sampling.searches import (
     ProbabilityBounds,
     balancer_names,
@@ -16,8 +18,6 @@ from wucht.dynamics.sampling.searches import (
     values_at,
     variables_of,
 )
-from wucht.studies.capture_probability.computation import interval
-from wucht.studies.capture_probability.distributions import REPLICATES, points
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.study_file import read_study
 

@@ -11,7 +11,7 @@ import pytest
 
 from wucht.dynamics.sweeps import moving
 from wucht.dynamics.sweeps.jumps import _Search, candidates
-from wucht.dynamics.sweeps.moving import IntegrationError, Mover, Place
+from wucht.dynamics.sweeps.moving import IntegrationError, Mover, Place, SweepLeg, is_too_fast
 from wucht.dynamics.verdicts.outcomes import MODULATION_THRESHOLD
 from wucht.numerics.observers.energy_balance import EnergyBalance
 
@@ -227,3 +227,19 @@ def test_a_jump_is_bracketed_by_halving(monkeypatch: pytest.MonkeyPatch, sense: 
     assert search.close_in(low, beyond, 49.9) is not None  # type: ignore[arg-type]
     monkeypatch.setitem(globals(), "overlapping", True)
     assert search.close_in(low, beyond, 10.0) is None  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_sweep_is_too_fast_by_the_size_of_its_speeds(sense: float) -> None:
+    """In either sense of rotation: where the speed changes by more than a hundredth of the largest one after the ramp."""
+
+    def leg(speed: float, modulation: float = 0.0) -> SweepLeg:
+        nowhere: Any = None
+        low, high = (sense * speed * (1 + share * modulation) for share in (-0.5, 0.5))
+        return SweepLeg(nowhere, 8.0, sense * speed, min(low, high), max(low, high), 1e-3, 0.0)
+
+    settled_leg = leg(5.0)
+    assert is_too_fast(settled_leg, [leg(5.06)]) and not is_too_fast(settled_leg, [leg(5.04)])
+    assert not is_too_fast(settled_leg, [leg(5.1, 0.04)]), "what swings is at no time at its mean"
+    assert not is_too_fast(settled_leg, [leg(600.0), leg(5.06)]), "small beside the largest speed"
+    assert not is_too_fast(settled_leg, []), "before the first ramp"

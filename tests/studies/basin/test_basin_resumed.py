@@ -2,139 +2,91 @@
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-import sys
-import time
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from interrupting import assert_same, stop_at, stopped_at_once, stopped_often
-from known_basins import MACHINE, TURN, counted, engine, spiral
-from wucht.studies.basin import computation as running
-from wucht.studies.basin.spec import Basin
-from wucht.studies.runner import draw, load, report
-from wucht.studies.runner import run as ask
+from interrupting import assert_same, stopped_at_once
+from known_borders import machine, rail
+from wucht.studies.basin.study import Basin
+from wucht.studies.runner import draw, report, run
 
-QUESTION = Basin(axes=TURN, model="slow", refine=2)
-
-
-@pytest.fixture
-def starts(monkeypatch: pytest.MonkeyPatch) -> list[bytes]:
-    """The starts that are run in small tiles, each as often as it is."""
-    return counted(monkeypatch, running, engine(spiral, fail=lambda psi, delta: (psi < 0.3) & (delta > 2.9)), tile=100)
+TURN = [0.0, "360 deg"]
+QUESTION = Basin(axes={"b1": [*TURN, 17], "b2": [*TURN, 16]}, until=0.02, refine=1)  # 256 runs are a unit
 
 
-def test_resumed_is_uninterrupted(tmp_path: Path, starts: list[bytes]) -> None:
-    """Stopped again and again, a few reports further each time; no member that was finished is run twice."""
-    reports: list[float] = []
-    whole = ask(QUESTION, MACHINE, progress=lambda share, _: reports.append(share))
-    assert reports == sorted(reports)
-    assert reports[-1] == 1.0
-    once = len(starts)
-    assert once == whole.wucht.summary["runs"]
-    assert len(set(starts)) == once
-    starts.clear()
-    assert_same(whole, stopped_often(QUESTION, MACHINE, tmp_path, first=8, further=11))
-    assert len(starts) == len(set(starts)) == once
+def stop_beyond(share: float) -> Callable[[float, str], None]:
+    """A progress report that interrupts a study when more than a share is done."""
+
+    def report(done: float, _what: str) -> None:
+        if done > share + 1e-9:
+            raise KeyboardInterrupt
+
+    return report
 
 
-def test_cells_that_are_not_computed_are_missing_not_an_outcome(tmp_path: Path, starts: list[bytes]) -> None:
-    """After the second of six tiles of the coarsest map."""
-    whole = ask(QUESTION, MACHINE)
-    result = ask(QUESTION, MACHINE, folder=tmp_path, progress=stop_at(8))
+@cache
+def whole() -> xr.Dataset:
+    return run(QUESTION, rail())
+
+
+def test_resumed_is_uninterrupted(tmp_path: Path) -> None:
+    """Stopped in each unit of both levels."""
+    for share in (1 / 3, 2 / 3, 0.8, 0.9):
+        assert not run(QUESTION, rail(), folder=tmp_path, resume=True, progress=stop_beyond(share)).attrs["finished"]
+    assert_same(whole(), run(QUESTION, rail(), folder=tmp_path, resume=True))
+    assert not (tmp_path / "units").exists()
+
+
+def test_cells_that_are_not_computed_are_missing_not_an_outcome(tmp_path: Path) -> None:
+    """After the first of two units of the coarsest map, which has two thirds of the work."""
+    result = run(QUESTION, rail(), folder=tmp_path, progress=stop_beyond(1 / 3))
     known = result.outcome.values >= 0
-    assert known.sum() == 200
-    assert known.ravel()[:200].all()
-    assert np.array_equal(result.outcome.values[known], whole.outcome.values[known])
-    assert np.isnan(result.settling_time.values[~known]).all()
+    assert known.ravel()[:256].all() and not known.ravel()[256:].any()
+    assert np.array_equal(result.outcome.values[known], whole().outcome.values[known])
+    assert np.isnan(result.settling_time.values[~known]).all() and np.isnan(result.end_time.values[~known]).all()
     s = result.wucht.summary
-    assert s["missing"] == pytest.approx(312 / 512)
-    assert sum(s["fractions"].values()) == pytest.approx(200 / 512)
-    assert "312 of the 512 cells of the map are not computed; the shares are of all cells" in json.loads(
-        result.attrs["warnings"]
-    )
-    assert "60.9 % not computed yet" in report(result)[1]
+    assert s["missing"] == pytest.approx(16 / 272) and s["runs"] == 256
+    assert sum(s["fractions"].values()) == pytest.approx(256 / 272)
+    assert result.wucht.warnings[0] == "16 of the 272 cells of the map are not computed; the shares are of all cells"
+    assert report(result)[1].endswith(", 5.88 % not computed yet")
     legend = draw(result).axes[0].get_legend()
-    assert legend is not None
-    assert "not computed" in [t.get_text() for t in legend.get_texts()]
+    assert legend is not None and legend.get_texts()[-1].get_text() == "not computed"
+    reports: list[float] = []
+    assert_same(whole(), run(QUESTION, rail(), folder=tmp_path, resume=True, progress=lambda share, _: reports.append(share)))
+    assert reports[0] == pytest.approx(1 / 3), "what is complete is not run again"
 
 
-def test_stopped_at_the_borders_the_map_has_what_is_known(tmp_path: Path, starts: list[bytes]) -> None:
-    """On the level that was under way: what was not halved stands, what was to be run is missing."""
-    whole = ask(QUESTION.model_copy(update={"refine": 1}), MACHINE)
-    first = len(starts) - 512
-    result = ask(QUESTION, MACHINE, folder=tmp_path, progress=stop_at(3 * 6 + 3 * 2 + 1))
-    refined = result.refined_outcome.values
-    assert (refined < 0).sum() == first - 200
-    assert np.array_equal(refined[refined >= 0], whole.refined_outcome.values[refined >= 0])
-    assert np.array_equal(result.outcome.values, whole.outcome.values)
-    assert "refined_level" in result
+def test_stopped_at_the_borders_the_map_has_what_is_known(tmp_path: Path) -> None:
+    """Before the first unit of the finer level; then on it: what was not halved stands, what was to be run is missing."""
+    result = run(QUESTION, rail(), folder=tmp_path, progress=stop_beyond(2 / 3))
+    assert result.wucht.warnings[0] == "the borders are refined 0 of 1 times" and "refined_level" not in result
+    assert np.array_equal(result.outcome.values, whole().outcome.values)
+    result = run(QUESTION, rail(), folder=tmp_path, resume=True, progress=stop_beyond(0.9))
+    refined, levels = result.refined_outcome.values, result.refined_level.values
+    assert 0 < (refined < 0).sum() < refined.size / 2 and np.array_equal(refined < 0, levels < 0)
+    assert np.array_equal(refined[refined >= 0], whole().refined_outcome.values[refined >= 0])
+    assert np.array_equal(result.outcome.values, whole().outcome.values)
+    assert not any("refined" in w for w in result.wucht.warnings + whole().wucht.warnings)
     draw(result)
     report(result)
 
 
-def test_stopped_before_the_first_tile(tmp_path: Path, starts: list[bytes]) -> None:
-    assert_same(ask(QUESTION, MACHINE), stopped_at_once(QUESTION, MACHINE, tmp_path, call=1))
+def test_stopped_before_the_first_tile(tmp_path: Path) -> None:
+    assert_same(whole(), stopped_at_once(QUESTION, rail(), tmp_path, call=1))
 
 
-def test_tiles_do_not_matter(monkeypatch: pytest.MonkeyPatch, starts: list[bytes]) -> None:
-    whole = ask(QUESTION, MACHINE)
-    monkeypatch.setattr(running, "_TILE", {"slow": 33})
-    assert_same(whole, ask(QUESTION, MACHINE))
-
-
-KILLED = """
-import sys, time
-from pathlib import Path
-import numpy as np
-sys.path.insert(0, sys.argv[1])
-from known_basins import MACHINE, TURN, engine, spiral
-from wucht.studies import memory, runner
-from wucht.studies.basin import computation as running
-from wucht.studies.basin.spec import Basin
-known = engine(spiral)
-def slowly(*given):
-    time.sleep(0.05)
-    return known(*given[:3])
-running.outcomes_of, memory._EVERY_S, runner._SAVE_EVERY_S = lambda *a, report: slowly(*a), 0.0, 0.1
-running._TILE = {"slow": 20}
-runner.run(Basin(axes=TURN, model="slow", refine=1), MACHINE, folder=Path(sys.argv[2]))
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-def test_killed_and_resumed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """kill -9: the map so far is readable, and what was written is not run again."""
-    here = str(Path(__file__).parents[2])
-    process = subprocess.Popen([sys.executable, "-c", KILLED, here, str(tmp_path)])
-    unfinished = tmp_path / "result.partial.nc"
-    try:
-        until = time.monotonic() + 60
-        while not unfinished.is_file():
-            assert process.poll() is None
-            assert time.monotonic() < until
-            time.sleep(0.02)
-    finally:
-        process.kill()
-        process.wait()
-    kept = load(unfinished)
-    assert kept.attrs["finished"] == 0
-    assert (kept.outcome.values >= 0).any()
-    question, members = Basin(axes=TURN, model="slow", refine=1), list[int]()
-    monkeypatch.setattr(running, "outcomes_of", known := engine(spiral))
-    whole = ask(question, MACHINE)
-
-    def counted(question: Any, states: np.ndarray, values: Any, report: Any = None) -> Any:
-        members.append(states.shape[1])
-        return known(question, states, values, report)
-
-    monkeypatch.setattr(running, "outcomes_of", counted)
-    monkeypatch.setattr(running, "_TILE", {"slow": 20})
-    assert_same(whole, ask(question, MACHINE, folder=tmp_path, resume=True))
-    assert 0 < sum(members) < whole.wucht.summary["runs"]
+def test_each_level_has_its_share_of_the_work() -> None:
+    """A border that is halved twice has twice as many cells as one that is halved once."""
+    reports: list[tuple[float, str]] = []
+    axes = {"drum.speed": [97.0, 107.0, 6], "drive.slope": [0.004, 0.007, 4]}
+    question = Basin(axes=axes, model="slow", until=100.0, refine=2)
+    run(question, machine(), progress=lambda share, what: reports.append((share, what)))
+    shares = [share for share, _ in reports]
+    assert shares == sorted(shares) and shares[-1] == 1.0
+    begin = {what: min(share for share, label in reports if label == what) for _, what in reports}
+    assert begin["borders, level 1 of 2"] == pytest.approx(0.4) and begin["borders, level 2 of 2"] == pytest.approx(0.6)

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from tests.hand_made import five_functions
 
 import wucht
 from wucht.errors import InputError
@@ -29,7 +28,7 @@ def test_a_map_of_two_wells(tmp_path: Path) -> None:
     assert [a["stable"] for a in s["attractors"]] == [True, True]
     assert result.outcome.shape == (10, 12)
     assert (result.outcome.values == result.outcome.values[::-1, ::-1]).sum() == 0  # the opposite start, the opposite well
-    lines = five_functions("basin").report(result)
+    lines = wucht.report(result)
     assert "equilibrium-1 50" in lines[1]
     wucht.draw(result).savefig(tmp_path / "map.png")
 
@@ -51,7 +50,7 @@ def test_refined_borders_are_those_of_a_map_of_fine_cells() -> None:
     assert coarse.refined_x.values == pytest.approx(dense.x.values)
     s = coarse.wucht.summary
     assert s["uncertainty"]["equilibrium-1"] == pytest.approx(2 * s["standard_errors"]["equilibrium-1"])
-    assert five_functions("basin").report(coarse)[2].split()[1:4] == ["32", "x", "24"]
+    assert wucht.report(coarse)[2].split()[1:4] == ["32", "x", "24"]
     image = wucht.draw(coarse).axes[0].get_images()[0].get_array()
     assert image is not None and image.shape == (24, 32)
 
@@ -103,7 +102,7 @@ def test_four_basins_of_equal_shape_have_equal_shares() -> None:
     unstable = [a for a in s["attractors"] if not a["stable"]]
     assert sum(a["share"] for a in unstable) == pytest.approx(9 / 25)
     assert all(s["uncertainty"][a["label"]] == pytest.approx(a["share"]) for a in unstable)  # of the area it is nothing
-    lines = [line for line in five_functions("basin").report(odd) if "unstable: reached from a set without area" in line]
+    lines = [line for line in wucht.report(odd) if "unstable: reached from a set without area" in line]
     assert len(lines) == 5 and all(line.strip().startswith("saddle ") for line in lines)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import pytest
@@ -10,9 +11,8 @@ from tests.refusals import Refusal, refused
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.capture_probability import distributions
-from wucht.studies.capture_probability.computation import prepare
-from wucht.studies.capture_probability.spec import CaptureProbability
+from wucht.studies.capture_probability.study import CaptureProbability
+from wucht.studies.runner import run
 
 R1, NUMBERS = load_machine("drozdetskaya-2020/r1"), load_machine("drozdetskaya-2020/table-5.1")
 PSI = {"psi": {"uniform": [0.0, 6.0]}}
@@ -151,22 +151,34 @@ def rail() -> Machine:
 def test_what_does_not_fit_the_machine(machine: Machine, asked: dict[str, Any], where: str, refusal: Refusal) -> None:
     given = {"along": "drive.slope", "range": [0.01, 0.02], "random": PSI, "samples": 64} | asked
     with refusal as raised:
-        prepare(CaptureProbability(**given), machine)
+        run(CaptureProbability(**given), machine)
     assert raised.value.location == where
 
 
 def test_without_salib_the_sensitivity_is_refused_before_the_first_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    def missing(name: str) -> None:
-        raise ImportError(name)
-
-    monkeypatch.setattr(distributions, "import_module", missing)
+    monkeypatch.setitem(sys.modules, "SALib.sample.sobol", None)
     spec = CaptureProbability(along="drive.slope", range=[0.01, 0.02], random=TWO, samples=64, sensitivity=True, at=0.01)
-    with refused("study.sensitivity", "wucht[sensitivity]", given=True):
-        prepare(spec, R1)
+    with refused("study.sensitivity", "wucht[sensitivity]", given=True) as raised:
+        run(spec, R1)
+    assert raised.value.location == "study.sensitivity"
 
 
-def test_samples_that_fill_unevenly_are_warned_of() -> None:
-    spec = CaptureProbability(along="drive.slope", range=[0.01, 0.02], random=PSI, samples=240)
-    warning = "samples = 240 is not a power of two: Sobol' points fill the space evenly with 128 or 256"
-    assert warning in prepare(spec, R1).warnings
-    assert prepare(spec.model_copy(update={"samples": 128}), R1).warnings == ()
+def test_a_distribution_that_reaches_what_the_machine_forbids() -> None:
+    """A mass that is negative, or none."""
+    for ends in ([-0.5, 1.0], [0.0, 1.0]):
+        with refused("study.random.p1.mass", "between", given={"uniform": ends}):
+            run(
+                CaptureProbability(along="drive.slope", range=[0.01, 0.02], random={"p1.mass": {"uniform": ends}}, samples=64),
+                R1,
+            )
+
+
+@pytest.mark.parametrize(("key", "low", "high"), [("samples", 64, 2**20), ("points", 2, 1000)])
+def test_numbers_that_are_allowed(key: str, low: int, high: int) -> None:
+    given = {"along": "u", "range": [1.0, 3.0], "random": PSI, "model": "slow"}
+    for value in (low, high):
+        assert getattr(CaptureProbability(**given | {key: value}), key) == value
+    step = 16 if key == "samples" else 1
+    for value in (low - step, high + step):
+        with refused(f"study.{key}", given=value):
+            CaptureProbability(**given | {key: value})

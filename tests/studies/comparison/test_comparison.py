@@ -10,19 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 from tests import refusals
-from tests.hand_made import variable
 
 import figure_checks
 import wucht as package
 from wucht.errors import InputError
 from wucht.plots.page import JOURNAL, PRINT
 from wucht.results.formatting import printed_unit
-from wucht.studies.comparison import computation as comparison_run
-from wucht.studies.comparison.computation import Findings, failed_result, prepare, variant_result
-from wucht.studies.comparison.dataset import dataset
-from wucht.studies.comparison.variants import Variant
 from wucht.studies.registry import studies
 from wucht.studies.study_file import read_comparison
 
@@ -104,14 +98,11 @@ WORDS = {
 def test_variants_are_called_what_the_engineer_calls_them(
     study: Study, vary: dict[str, list[Any]], what: str, values: list[str], printed: tuple[float, str]
 ) -> None:
-    asked = read_comparison([str(study())], SHORT, vary)
-    plan = prepare(asked.spec, asked.subject)
-    labels = [case.variant.label for case in plan.cases]
+    result = package.compare([study()], SHORT, vary)
     again = "(2); " if values[0] == values[1] else ""
-    assert labels == [f"{what} = {values[0]}", f"{again}{what} = {values[1]}"]
-    assert plan.title == f"Comparison of study, varied: {what}"
+    assert result.variant.values.tolist() == [f"{what} = {values[0]}", f"{again}{what} = {values[1]}"]
+    assert result.wucht.title == f"Comparison of study, varied: {what}"
     [path] = vary
-    result = dataset(plan, Findings(tuple(failed_result(case.variant, "not run here") for case in plan.cases)))
     assert result[path].attrs["long_name"] == what
     assert printed_unit(result, path) == (pytest.approx(printed[0]), printed[1])
 
@@ -127,14 +118,6 @@ def test_curves_are_those_of_stable_configurations(study: Study) -> None:
     assert largest == pytest.approx(result.peak_amplitude.values, rel=1e-3) and (largest > 0).all()
 
 
-@pytest.mark.slow
-def test_one_without_units_beside_others(study: Study) -> None:
-    names = [str(study()), "drozdetskaya-2020/table-5.1"]
-    result = package.compare(names, {"study.kind": "synchronous-states"})
-    [said] = [warning for warning in result.wucht.warnings if "dimensionless" in warning]
-    assert said.startswith("table-5.1: ")
-
-
 def test_files_and_results_side_by_side(study: Study, here: Path) -> None:
     study(name="a.toml")
     study('"9 kg"', '"11 kg"', name="b.toml")
@@ -148,52 +131,13 @@ def test_files_and_results_side_by_side(study: Study, here: Path) -> None:
     assert asked.final_speed.values[0] != asked.final_speed.values[1]
 
 
-def test_what_fails_stands_beside_what_does_not(study: Study) -> None:
-    result = package.compare([study()], SHORT, {"study.start.carrier.x": [0.0, 1e300], "drive.slope": [0.04, -1]})
-    assert result.outcome.values.tolist() == ["unidentified", "failed", "failed", "failed"]
-    failures = result.failure.values.tolist()
-    assert failures[0] == ""
-    assert "study.toml: machine.drive.slope: given -1" in failures[1]
-    assert failures[2] and "machine.drive.slope" not in failures[2], "this one was begun"
-    assert np.isfinite(result.final_speed.values[0]) and np.isnan(result.final_speed.values[1])
-    assert result.wucht.summary["failed"] == 3
-    assert result.wucht.finished
-    text = package.report(result)
-    assert sum("given -1" in line for line in text) == 2
-
-
 def test_what_holds_for_all_is_refused(study: Study) -> None:
     with refusals.refused("machine.drive.slope", given=-1, code="limits"):
         package.compare([study()], SHORT, {"drive.slope": [-1, -2]})
     with refusals.refused("study.start.p9", code="unknown-key", file="study.toml"):
         package.compare([study()], SHORT, {"study.start.p9": [0.1, 0.2]})
-
-
-@pytest.mark.slow
-def test_what_was_computed_is_not_computed_again(study: Study, here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    file, kept = study(), []
-
-    def stop(share: float, _what: str) -> None:
-        if share > 0.5:
-            raise KeyboardInterrupt
-
-    def counted(variant: Variant, result: Any) -> Any:
-        kept.append(variant.label)
-        return variant_result(variant, result)
-
-    monkeypatch.setattr(comparison_run, "variant_result", counted)
-    vary = {"drive.slope": SLOPES}
-    broken = package.compare([file], SHORT, vary, folder=here / "out", progress=stop)
-    assert (broken.sizes["variant"], broken.wucht.finished) == (1, False)
-    assert "1 of 2 variants" in broken.wucht.sentence
-    whole = package.compare([file], SHORT, vary, folder=here / "out", resume=True)
-    assert kept == [f"{SLOPE} = 0.03 N m s", f"{SLOPE} = 0.05 N m s"]
-    assert whole.wucht.finished
-    again = package.compare([file], SHORT, vary, folder=here / "out", resume=True)
-    assert len(kept) == 2
-    fresh = package.compare([file], SHORT, vary)
-    for one in (whole, again):
-        assert one.drop_attrs(deep=False).equals(fresh.drop_attrs(deep=False))
+    with refusals.refused("study.until", file="study.toml"):
+        package.compare([study()], {}, {"study.until": ["1e9 h", "2e9 h"]})
 
 
 @pytest.mark.slow
@@ -224,55 +168,13 @@ def test_figures_of_what_is_no_number(study: Study) -> None:
             figure_checks.check(package.draw(result, page))
 
 
-def test_branches_and_directions_follow_each_other_with_a_gap() -> None:
-    data = {
-        "value": variable("direction sample", [[1.0, 2.0], [4.0, 3.0]], "slope", "N m s"),
-        "speed": variable("direction sample", [[10.0, 20.0], [40.0, 30.0]], "speed", "rad/s"),
-        "amplitude": variable("body sample", [[1.0, 2.0], [3.0, 4.0]], "amplitude", "m"),
-    }
-    about = {"study": "sweep", "summary": "{}", "failure": "", "sentence": "", "warnings": "[]", "title": "M"}
-    kept = variant_result(Variant("a", "a", {}, result=(one := xr.Dataset(data, attrs=about))), one)
-    assert [c.labels for c in kept.curves] == [("slope", "speed")], "the other has no value for each of its own"
-    assert str(kept.curves[0].x.tolist()) == "[1.0, 2.0, nan, 4.0, 3.0]"
-    data = {
-        "value": variable("point", [1.0, 2.0, 2.0, 3.0], "slope"),
-        "speed": variable("point", [1.0, 2.0, 3.0, 4.0], "speed"),
-        "branch": variable("point", [0, 0, 1, 1], "branch"),
-    }
-    kept = variant_result(Variant("a", "a", {}, result=(one := xr.Dataset(data, attrs=about | {"study": "speed-curve"}))), one)
-    assert str(kept.curves[0].y.tolist()) == "[1.0, 2.0, nan, 3.0, 4.0]"
-
-
-def test_of_equations_the_state_that_is_drawn_is_compared() -> None:
-    """Of `speed-curve` that of `show`; of a run the first one, over time."""
-    about = {"failure": "", "sentence": "", "warnings": "[]", "title": "M", "subject": "system"}
-    data = {
-        "value": variable("point", [1.0, 2.0], "parameter mu"),
-        "branch": variable("point", [0, 0], "branch"),
-        "state": variable("state point", [[1.0, 2.0], [3.0, 4.0]], "states of the equations"),
-    }
-    curve = xr.Dataset(
-        data, {"state_name": ("state", ["x", "y"])}, about | {"study": "speed-curve", "summary": '{"show": "y"}'}
-    )
-    data = {"states": variable("state time", [[5.0, 6.0], [7.0, 8.0]], "value of the state")}
-    at = {"time": variable("time", [0.0, 1.0], "time"), "state": ["x", "y"]}
-    run = xr.Dataset(data, at, about | {"study": "run-up", "summary": "{}"})
-    (first,) = variant_result(Variant("a", "a", {}, result=curve), curve).curves
-    (second,) = variant_result(Variant("a", "a", {}, result=run), run).curves
-    assert (first.labels, first.x.tolist(), first.y.tolist()) == (("parameter mu", "y"), [1.0, 2.0], [3.0, 4.0])
-    assert (second.labels, second.x.tolist(), second.y.tolist()) == (("time", "value of x"), [0.0, 1.0], [5.0, 6.0])
-
-
-WITHOUT = {"optimise-balancer": "damping is varied here for a curve"}  # what a template does not ask for
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", [k for k, s in studies().items() if k != "comparison" and s.study.curves])
 def test_every_study_has_the_curves_and_numbers_that_it_names(here: Path, kind: str) -> None:
     Path("study.toml").write_text(studies()[kind].template, encoding="utf-8")
     result = package.run_file("study.toml", folder=here / "out")
     one = package.compare(["out", "out/result.nc"])
-    spec = studies()[kind].spec
+    spec = studies()[kind].study
     drawn = {n for n in one.variables if str(n).startswith("curve_")}
     assert len(drawn) == 2 * len(spec.curves)
     for name in result.wucht.headlines:  # of a table one of its names, none of which need be there
@@ -311,3 +213,12 @@ def test_what_a_machine_in_a_comparison_cannot_be(study: Study) -> None:
         package.compare(machine, {}, ["drive.slope"])  # type: ignore[arg-type]
     with refusals.refused("study.of", "1"):
         package.compare(machine)
+
+
+def test_a_comparison_begins_anew_unless_it_is_to_resume(study: Study, here: Path) -> None:
+    file, short = study(), {"study.until": "0.05 s"}
+    package.compare([file], short, {"p1.damping": ["0.1 N m s", "0.2 N m s"]}, folder=here / "out")
+    other = package.compare([file], short, {"p2.damping": ["0.1 N m s", "0.2 N m s"]}, folder=here / "out")
+    assert list(other.wucht.summary["varied"]) == ["p2.damping"]
+    with refusals.refused("--resume", code="other-question"):
+        package.compare([file], short, {"p1.damping": ["0.2 N m s", "0.3 N m s"]}, folder=here / "out", resume=True)

@@ -13,13 +13,13 @@ import pytest
 from interrupting import stop_at
 from wucht.analysis.configurations.configuration import RunningConfigurations
 from wucht.dynamics.run_ups.coasting import without_drives
-from wucht.dynamics.run_ups.drive_losses import machine_without_supply
+from wucht.dynamics.run_ups.drive_losses import machine_without_supply, mean_torques
 from wucht.dynamics.run_ups.operating_state import machine_in_operation, operating_states, transfer_state
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.parts import drives
 from wucht.machines.schedules import schedules_of
-from wucht.studies.drive_failure.spec import DriveFailure
+from wucht.studies.drive_failure import DriveFailure
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import draw, report, run
 
@@ -150,8 +150,14 @@ def test_both_sides_of_the_friction_at_which_the_rotor_stops(screen: Machine, da
     phi_0, where no moment passes, is 90.4 - 1.9 degrees before e1. Somewhat below the limit the phases overshoot after the
     sudden loss, as those of a synchronous motor do, and e2 stops although the state exists.
     """
-    case = _failure_of_e2(screen.with_values({"e2.bearing_damping": damping}))
+    result = run(DriveFailure(time=2.0), screen.with_values({"e2.bearing_damping": damping}))
+    case = next(case for case in result.wucht.summary["cases"] if case["drive"] == "e2")
     assert case["outcome"] == outcome
+    if outcome != "synchronised":
+        assert result.attrs["sentence"] == (
+            "the rotors stay synchronised without the drive of e1; not synchronised without that of e2"
+        )
+        assert result.attrs["outcome"] == "several"
     assert (case["phases"] is None) == (case["speed"] is None) == (outcome != "synchronised")
     assert (damping * 151.7 > largest_moment(screen, 151.7)) == (damping == 0.025)
     if case["phases"] is not None:
@@ -162,21 +168,100 @@ def test_both_sides_of_the_friction_at_which_the_rotor_stops(screen: Machine, da
         assert case["speeds"]["e1"] == pytest.approx(155.18, rel=1e-4)
 
 
-def _failure_of_e2(machine: Machine) -> dict[str, Any]:
-    cases = run(DriveFailure(time=2.0), machine).wucht.summary["cases"]
-    return next(case for case in cases if case["drive"] == "e2")
-
-
 def test_the_main_rotor_that_stops_is_not_the_verdict_on_all(screen: Machine) -> None:
     """e1 is the main rotor: without supply and with much friction it stops, while e2 goes on."""
     damped = screen.with_values({"e1.bearing_damping": 0.04})
     result = run(DriveFailure(time=3.0), damped)
     assert result.wucht.summary["operation"][0]["outcome"] == "synchronised"
     first, _ = result.wucht.summary["cases"]
-    assert first["outcome"] == "not-synchronised"
+    assert (first["outcome"], first["sentence"]) == ("not-synchronised", "e1 oscillates, e2 turns")
     assert abs(first["speeds"]["e1"]) < 5
     assert abs(first["speeds"]["e2"]) > 100
-    assert "ynchronised without" in result.attrs["sentence"]
+    assert result.attrs["sentence"] == (
+        "the rotors stay synchronised without the drive of e2; not synchronised without that of e1"
+    )
+
+
+def test_neither_rotor_goes_on_without_its_drive(screen: Machine) -> None:
+    damped = screen.with_values({"e1.bearing_damping": 0.04, "e2.bearing_damping": 0.04})
+    result = run(DriveFailure(time=3.0), damped)
+    assert result.attrs["sentence"] == "the rotors are not synchronised any more without the drive of e1 or e2"
+    assert result.attrs["outcome"] == "not-synchronised"
+
+
+@pytest.fixture(scope="module")
+def briefly() -> Any:
+    """Two exciters with two stable configurations, for a few turns."""
+    return run(DriveFailure(time=2.0, until=4.0), load_machine("sperling-vibration/self-synchronisation-soft"))
+
+
+def test_each_drive_fails_in_each_configuration(briefly: Any) -> None:
+    s, both = briefly.wucht.summary, ("together", "opposed")
+    assert [(row["configuration"], row["drive"]) for row in s["cases"]] == [(c, d) for c in both for d in ("e1", "e2")]
+    assert ([o["configuration"] for o in s["operation"]], s["failure_times"]) == (["together", "opposed"], [2.0, 2.0])
+    assert [o["speeds"]["e1"] for o in s["operation"]] == [pytest.approx(5.7, abs=0.05), pytest.approx(12.0, rel=1e-3)]
+    assert [row["end_time"] for row in s["cases"]] == [4.0] * 4
+    assert [briefly.drive_torque.values[k, k % 2] for k in range(4)] == [0.0] * 4
+    assert briefly.operation_torque.values[:2].tolist() == [list(s["operation"][0]["torques"].values())] * 2
+    lines = report(briefly)[2:]
+    assert [line[:13].strip() for line in lines[:12:2]] == ["before", "without e1", "without e2"] * 2
+    assert all(("(opposed): " in line) == (k > 6) for k, line in enumerate(lines[:12]) if "UNIDENTIFIED" in line)
+    assert any(
+        statement.startswith("the machine begins in each of the stable synchronous configurations together and opposed")
+        for statement in briefly.wucht.assumed
+    )
+
+
+def test_each_run_is_resumed_as_itself(briefly: Any, tmp_path: Path) -> None:
+    """Interrupted in the second configuration, when all runs from the first one are stored."""
+
+    def stop(done: float, _what: str) -> None:
+        if done >= 0.55:
+            raise KeyboardInterrupt
+
+    spec, machine = DriveFailure(time=2.0, until=4.0), load_machine("sperling-vibration/self-synchronisation-soft")
+    partial = run(spec, machine, folder=tmp_path, progress=stop)
+    assert "2 of 4 failures are computed" in partial.wucht.warnings
+    again = run(spec, machine, folder=tmp_path, resume=True)
+    assert again.wucht.summary == briefly.wucht.summary
+
+
+def test_a_quarter_of_the_time_after_the_failure_is_kept_of_that_before(briefly: Any) -> None:
+    for times in briefly.time.values:
+        last, turn = np.nanmax(times), np.nanmax(np.diff(times))
+        assert -last / 4 <= times[0] < turn - last / 4
+    ends = np.isfinite(briefly.time.values).sum(axis=1)
+    assert ends[0] < ends[2], "a course that ends earlier has no numbers there"
+    assert np.isfinite(briefly.amplitude.values).sum(axis=1).tolist() == ends.tolist()
+
+
+def test_doubts_are_stated_once(briefly: Any) -> None:
+    """A configuration in which the machine does not run steadily yet, and drives without which there is no verdict."""
+    assert briefly.attrs["sentence"] == "undecided without that of e1 or e2"
+    assert briefly.attrs["outcome"] == "unidentified"
+    first, second, *advice = briefly.wucht.warnings
+    for warning, configuration in ((first, "together"), (second, "opposed")):
+        assert warning.startswith(
+            f"before the failure ({configuration}) the verdict on the machine is unidentified: fewer than"
+        )
+    assert [warning.partition(":")[0] for warning in advice] == ["without e1", "without e2"]
+
+
+def test_the_mean_torque_of_a_clockwise_drive_behind_a_gear(screen: Machine) -> None:
+    """On its body: it is the motor's torque times the ratio, and pushes clockwise."""
+    carrier, *bodies = screen.parts[:3]
+    linear = drives()["linear"]
+    motors = [
+        linear(on="e1", slope=0.1, no_load_speed=-300.0, transmission={"ratio": 2.0}),
+        linear(on="e2", slope=0.1, no_load_speed=160.0),
+    ]
+    machine, time = Machine(carrier, bodies, motors), np.linspace(0.0, 1.0, 50)
+    states = np.zeros((len(machine.state_names), len(time)))
+    states[machine.row(machine.body("e1").coordinate.velocity)] = -90.0
+    states[machine.row(machine.body("e2").coordinate.velocity)] = 150.0
+    values = np.array(machine.system.values(machine.values))
+    torques = mean_torques(machine, machine.drives, time, states, values)
+    assert torques == pytest.approx({"e1": -2 * 0.1 * (300 - 2 * 90), "e2": 0.1 * (160 - 150)})
 
 
 def test_run_up_from_rest(screen: Machine) -> None:
@@ -200,6 +285,7 @@ def test_interrupted_and_resumed(screen: Machine, tmp_path: Path) -> None:
     whole = run(spec, screen)
     partial = run(spec, screen, folder=tmp_path, progress=stop_at(6))
     assert not partial.wucht.finished
+    assert "0 of 2 failures are computed" in partial.wucht.warnings
     assert draw(partial).axes
     assert report(partial)
     again = run(spec, screen, folder=tmp_path, resume=True)
@@ -214,8 +300,35 @@ def test_the_report_and_the_figure(failures: Any) -> None:
     figure = draw(failures)
     labels = [axis.get_ylabel() for axis in figure.axes]
     assert labels[:4] == ["speed (rad/s)", "speed (rad/s)", "amplitude of the axis (mm)", "mean torque (N·m)"]
-    bars = [patch.get_height() for patch in figure.axes[3].patches]
-    assert max(bars) == pytest.approx(max(abs(t) for c in failures.wucht.summary["cases"] for t in c["torques"].values()))
+    before, after = failures.operation_torque.values.ravel(), failures.drive_torque.values.ravel()
+    bars = figure.axes[3]
+    assert [patch.get_height() for patch in bars.patches] == pytest.approx(np.abs([*before, *after]).tolist())
+    assert [x.get_text() for x in bars.get_xticklabels()] == [
+        f"{drive}\nif {failing}\nfails" for failing in ("e1", "e2") for drive in ("e1", "e2")
+    ]
+    for axis, failing in zip(figure.axes, ("e1", "e2"), strict=False):
+        courses = {str(line.get_label()): np.asarray(line.get_ydata(), float) for line in axis.get_lines()}
+        assert set(courses) == {"e1", "e2", f"{failing} fails"}
+        assert min(np.nanmin(courses[rotor]) for rotor in ("e1", "e2")) > 0, "forwards"
+
+
+@pytest.mark.parametrize(("last", "right"), [(0.0, 5.0), (2.0, 5.0), (10.0, 20.0), (80.0, 100.0)])
+@pytest.mark.parametrize("where", [0, 1, 2])
+def test_the_time_in_which_nothing_happens_is_not_drawn(failures: Any, where: int, last: float, right: float) -> None:
+    """Twice the time until which a speed, or the amplitude, of any case still changes is; a twentieth of all at least."""
+    time = np.concatenate([[-50.0, -1.0], np.arange(0.0, 101.0)])
+    quiet = np.tile(np.array([100.0, -50.0, 1e-3])[:, None], (1, len(time)))
+    rows = quiet.copy()
+    rows[where, time <= last] *= 1.5
+    both = np.array([quiet, rows if last else quiet])
+    names = ("time", "rotor_speed", "amplitude")
+    courses = {
+        "time": (("case", "sample"), np.array([time, time]), failures.time.attrs),
+        "rotor_speed": (("case", "rotor", "sample"), both[:, :2], failures.rotor_speed.attrs),
+        "amplitude": (("case", "sample"), both[:, 2], failures.amplitude.attrs),
+    }
+    axes = draw(failures.drop_vars(names).assign(courses)).axes
+    assert axes[0].get_xlim() == (pytest.approx(-0.15 * right), pytest.approx(right))
 
 
 BAD = {

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from itertools import count
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -22,8 +21,7 @@ from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.studies.memory import UnitMemory
 from wucht.studies.runner import draw, report, run
-from wucht.studies.sweep.computation import _doubts, prepare
-from wucht.studies.sweep.spec import Sweep
+from wucht.studies.sweep.study import Sweep
 
 OMEGA_1 = "drive.no_load_speed"
 FIGURE_5 = "sperling-vibration/figure-5"
@@ -55,6 +53,64 @@ def test_both_ways_are_stored(both: xr.Dataset) -> None:
         assert np.isfinite(both[name]).all(), name
         assert both[name].attrs["long_name"]
     assert both.attrs["finished"] == 1
+
+
+def test_the_summary_is_read_off_ramps_and_jumps(both: xr.Dataset) -> None:
+    s = both.wucht.summary
+    assert s["peak_amplitude"] == both.amplitude.max() and s["energy_residual"] == both.energy_residual.max()
+    assert s["ends"] == {
+        way: {"from_speed": float(ramp.speed[0]), "to_speed": float(ramp.speed[-1])}
+        for way, ramp in ((way, both.sel(direction=way)) for way in ("up", "down"))
+    }
+    assert s["range"] == [5.0, 12.0] and s["rate_chosen"] is True and s["jump_tolerance"] == 1e-4
+    up, down = s["jumps"]
+    assert s["hysteresis"] == [down[OMEGA_1], up[OMEGA_1]]
+    columns = {"value": OMEGA_1, "from": "from_speed", "to": "to_speed"} | {n: n for n in ("from_amplitude", "to_amplitude")}
+    for name, key in columns.items():
+        assert both[f"jump_{name}"].values.tolist() == [up[key], down[key]]
+    assert both.jump_upward.values.tolist() == [1, 0]
+    assert both.grid.values == pytest.approx(np.linspace(5.0, 12.0, 21))
+    assert both.free_speed.values == pytest.approx(both.grid.values, rel=1e-2), "of a drive without load"
+    for way in ("up", "down"):
+        ramp = both.sel(direction=way)
+        assert ((ramp.min_speed <= ramp.speed) & (ramp.speed <= ramp.max_speed)).all()
+
+
+def test_a_sweep_in_words(both: xr.Dataset) -> None:
+    s = both.wucht.summary
+    words = [
+        f"at no-load speed of the drive = {j[OMEGA_1]:.6g} rad/s {sense} the speed jumps from {j['from_speed']:.5g} to "
+        f"{j['to_speed']:.5g}"
+        for j, sense in zip(s["jumps"], ("rising", "falling"), strict=True)
+    ]
+    assert both.attrs["sentence"].split("; ") == words
+    low, high = s["hysteresis"]
+    assert report(both)[1] == "verdict: 2 JUMPS"
+    assert f"  hysteresis   between {low:.6g} and {high:.6g} rad/s the state depends on the direction of the sweep" in report(
+        both
+    )
+
+
+def test_where_the_speed_is_prescribed_the_amplitude_jumps() -> None:
+    """Beyond its stops the spring is harder, so that there are two branches. The first jump is of the rate: it is doubted."""
+    rotor = {"kind": "rotor", "name": "drum", "mass": 9.0, "eccentricity": 1e-3, "inertia": 0.03}
+    stop = {
+        "kind": "end-stop", "name": "buffer", "angle": 0.0, "gap": 3e-3, "stiffness": 5e4, "damping": 10.0, "sides": "both"
+    }  # fmt: skip
+    carrier = {"mass": 1.0, "stiffness": 1e5, "damping": 100.0}
+    drive = {"kind": "constant-speed", "on": "drum", "speed": 90.0}
+    machine = machine_from({"carrier": carrier, "bodies": [rotor], "drive": drive, "attachments": [stop]})
+    result = run(Sweep(along="drive.speed", range=(90.0, 130.0), rate=8.0, direction="up"), machine)
+    doubted, jump = result.wucht.summary["jumps"]
+    assert jump["from_speed"] == pytest.approx(jump["to_speed"], rel=1e-4) and not jump["only_seen"]
+    change = f"the amplitude jumps from {jump['from_amplitude']:.4g} to {jump['to_amplitude']:.4g}"
+    assert result.attrs["sentence"].endswith(f" rising {change}") and "rising the speed jumps" in result.attrs["sentence"]
+    assert doubted["only_seen"]
+    low, high = doubted["bracket"]
+    (warning,) = warnings(result)
+    assert warning.startswith(
+        f"the jump near {doubted['drive.speed']:.5g} is only known to lie between {low:.6g} and {high:.6g}"
+    )
 
 
 def test_the_branches_part_only_between_the_jumps(both: xr.Dataset) -> None:
@@ -128,6 +184,7 @@ def test_another_parameter_of_a_dimensionless_machine() -> None:
 def test_a_sweep_that_is_too_fast_says_so(machine: Machine) -> None:
     result = run(Sweep(along=OMEGA_1, range=(5.0, 12.0), rate=1.0, direction="up"), machine)
     (warning,) = [w for w in warnings(result) if "too fast" in w]
+    assert "after the ramp up the speed still changed from " in warning
     assert warning.endswith("give a rate below 1 rad/s per s")
 
 
@@ -145,6 +202,13 @@ def test_an_interrupted_sweep_is_a_valid_result(machine: Machine, call: int) -> 
     assert result.attrs["finished"] == 0
     assert any("interrupted" in w for w in warnings(result))
     assert result.sizes["direction"] == (0 if call == 1 else 1)
+    assert result.attrs["sentence"] == "the sweep was interrupted"
+    assert "the sweep is not finished: jumps may be missing" in warnings(result)
+    assert report(result)[1] == "verdict: THE SWEEP WAS INTERRUPTED"
+    if call == 1:
+        s = result.wucht.summary
+        assert result.speed.shape == (0, 400)
+        assert (s["peak_amplitude"], s["energy_residual"], s["hysteresis"], s["ends"], s["jumps"]) == (None, None, None, {}, [])
 
 
 @pytest.mark.parametrize(
@@ -281,11 +345,11 @@ def test_a_sweep_that_fails_has_what_was_found_before(machine: Machine, monkeypa
 
 def test_a_long_leg_asks_often_whether_to_stop(machine: Machine) -> None:
     compiled, times = compile_system(moving_system(machine, OMEGA_1)), list[float]()
-    plan = prepare(Sweep(along=OMEGA_1, range=(5.0, 10.0)), machine)
-    mover = Mover(plan.moved_machine, compiled, times.append)
+    moved_machine, *_ = Sweep(along=OMEGA_1, range=(5.0, 10.0)).prepare(machine)
+    mover = Mover(moved_machine, compiled, times.append)
     place = mover.leg(mover.begin(), 5000.0).place
     assert place.time == times[-1] == 5000.0
-    assert max(np.diff([0.0, *times])) * plan.moved_machine.pace.fastest <= 201 * 2 * math.pi
+    assert max(np.diff([0.0, *times])) * moved_machine.pace.fastest <= 201 * 2 * math.pi
 
 
 def test_progress_grows(machine: Machine) -> None:
@@ -326,7 +390,7 @@ def test_progress_grows(machine: Machine) -> None:
 )
 def test_bad_questions(machine: Machine, table: dict[str, Any], refusal: Refusal) -> None:
     with refusal:
-        prepare(Sweep.from_table({"kind": "sweep"} | table), machine)
+        run(Sweep.from_table({"kind": "sweep"} | table), machine)
 
 
 @pytest.mark.parametrize(
@@ -354,20 +418,21 @@ def test_a_prescribed_motion_is_swept(drive: Any, motion: Any, along: str, span:
 
 
 def test_the_rate_may_have_a_unit(machine: Machine) -> None:
-    asked = prepare(Sweep.from_table({"along": OMEGA_1, "range": ["5 rad/s", "12 rad/s"], "rate": "0.1 rad/s^2"}), machine)
-    assert asked.moved_machine.pace.rate == pytest.approx(0.1)
-    slope = prepare(Sweep.from_table({"along": "drive.slope", "range": [1e-5, 1e-4], "rate": "1e-6 N m"}), machine)
-    assert slope.moved_machine.pace.rate == pytest.approx(1e-6)
+    for along, span, rate, expected in (
+        (OMEGA_1, ["5 rad/s", "12 rad/s"], "0.1 rad/s^2", 0.1),
+        ("drive.slope", [1e-5, 1e-4], "1e-6 N m", 1e-6),
+    ):
+        question = Sweep.from_table({"along": along, "range": span, "rate": rate})
+        result = run(question, machine, progress=stop_at(1))
+        assert result.attrs["rate"] == result.wucht.summary["rate"] == pytest.approx(expected)
+        assert result.wucht.summary["rate_chosen"] is False
 
 
-@pytest.mark.parametrize(("change", "doubtful"), [(0.5, False), (30.0, True)])
-@pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_a_sweep_is_too_fast_by_the_size_of_its_speeds(sense: float, change: float, doubtful: bool) -> None:
-    """In either sense of rotation."""
-    settled: Any = SimpleNamespace(speed=sense * 100.0)
-    last: Any = SimpleNamespace(speed=sense * (100.0 + change), modulation=0.0)
-    pace = SimpleNamespace(rate=1.0, rate_unit="rad/s²")
-    plan: Any = SimpleNamespace(
-        moved_machine=SimpleNamespace(machine=SimpleNamespace(units=SimpleNamespace(speed="rad/s")), pace=pace)
-    )
-    assert bool(_doubts(plan, settled, True, "at the end", [last])) is doubtful
+def test_what_is_not_swept() -> None:
+    shaken = load_machine("sperling-vibration/figure-2a")
+    assert shaken.shaking is not None
+    frequency = shaken.shaking[1].name
+    with refused("study.along", "would run away", given=frequency):
+        run(Sweep(along=frequency, range=(5.0, 7.0), rate=1e-3), shaken)
+    with refused("machine.schedules", given=None):
+        run(Sweep(along="impeller.unbalance", range=(1e-3, 2e-3)), load_machine("practice/fan-on-belt"))

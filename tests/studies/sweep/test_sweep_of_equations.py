@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.hand_made import five_functions
 
 import wucht
 from wucht.errors import InputError
@@ -31,7 +30,13 @@ def test_jumps_are_at_the_folds_on_either_way(tmp_path: Path) -> None:
         assert np.abs(roots - jump["to"]).min() < 0.05
         assert sign * jump["to"] > 1 > -sign * jump["from"] > 0.4
     assert s["hysteresis"] == pytest.approx([-FOLD, FOLD], abs=1.5 * step)
-    assert five_functions("sweep").report(result)[1].startswith("verdict: 2 JUMPS")
+    low, high = s["hysteresis"]
+    _, verdict, sweep, up, down, *_ = wucht.report(result)
+    assert verdict == f"verdict: 2 JUMPS, the motion depends on the direction between {low:.5g} and {high:.5g}"
+    assert sweep == f"  sweep        mu in steps, a time of {s['span']:.4g} at each"
+    first = s["jumps"][0]
+    assert up == f"  jump         up, at mu = {first['value']:.6g}: x {first['from']:.5g} to {first['to']:.5g}"
+    assert down.startswith("  jump         down, at mu = -") and first["mu"] == first["value"]
     fig = wucht.draw(result)
     at = [line.get_xdata()[0] for line in fig.axes[0].lines if line.get_linestyle() == ":"]
     assert at == [j["value"] for j in s["jumps"]]
@@ -63,6 +68,7 @@ def test_a_motion_without_folds_has_no_jump() -> None:
     subject = equations_from({"states": {"x": "mu - x"}, "parameters": {"mu": 0.0}})
     result = wucht.run(wucht.Sweep(along="mu", range=(0.0, 1.0), direction="up", points=21), subject)
     assert (result.wucht.summary["jumps"], result.wucht.summary["hysteresis"]) == ([], None)
+    assert result.attrs["sentence"] == "no jump for mu between 0 and 1"
     assert result["mean"].values[0, 0] == pytest.approx(np.linspace(0, 1, 21), abs=1e-5)
 
 

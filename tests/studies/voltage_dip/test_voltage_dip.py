@@ -20,7 +20,7 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.studies.runner import draw, report, run
-from wucht.studies.voltage_dip.spec import VoltageDip
+from wucht.studies.voltage_dip.study import VoltageDip
 
 J, U = 0.05, 230.0
 MOTOR = {
@@ -82,6 +82,35 @@ def test_its_dips_and_courses(answer: xr.Dataset) -> None:
     assert float(np.nanmax(answer.amplitude)) == 0.0
 
 
+def test_courses_are_drawn_from_before_the_dip_with_all_rotors() -> None:
+    """Speeds in magnitude. One drive loses half of its voltage for a few turns; nothing has settled at that voltage."""
+    result = run(VoltageDip(depth=0.5, duration=(0.05, 0.1), points=1, on="e1"), load_machine("practice/screen"))
+    s = result.wucht.summary
+    assert s["voltages"] == {"drives.e1": 230.0} and s["dip_voltages"] == {"drives.e1": 115.0}
+    assert (s["lasting"]["settled"], s["lasting"]["time"], s["beyond"]) == (False, 0.1, None)
+    assert [row["duration"] for row in s["dips"]] == [0.05, 0.1]
+    assert result.rotor.values.tolist() == ["e1", "e2"]
+    assert result.course.values.tolist() == ["longest dip with a return"] and result.course_duration.values.tolist() == [0.1]
+    (time,), (speeds,), (amplitude,) = result.time.values, result.speed.values, result.amplitude.values
+    assert time[0] < 0 and time[-1] > 0.1 and np.all(np.diff(time) >= 0)
+    assert speeds[:, time < 0] == pytest.approx(np.full((2, int((time < 0).sum())), s["operating_speed"]), rel=0.02)
+    assert 0 < speeds.min() < 0.99 * s["operating_speed"]
+    assert amplitude.max() <= s["dips"][1]["peak_amplitude"] and s["operating_amplitude"] > 0
+    assert any(line.startswith("  low voltage  ") and "not settled after 0.1 s" in line for line in report(result))
+    assert [axis.get_title() for axis in draw(result).axes if axis.get_title()][1] == "vibration"
+
+
+@pytest.mark.parametrize(("longest", "end"), [(2.0, 2.0), (4.0, 4.0), (9.0, 4.0)])
+def test_a_long_course_is_cut_off(answer: xr.Dataset, longest: float, end: float) -> None:
+    """At four times the end of the shortest one, but not before its dip is over."""
+    times = np.where(answer.time.values > 0, answer.time.values / np.nanmax(answer.time.values, axis=1)[:, None], -0.1)
+    times[1] = np.where(times[1] > 0, longest * times[1], times[1])
+    for duration, last in ((0.1, end), (0.75 * longest, max(end, 1.1 * 0.75 * longest))):
+        durations = answer.course_duration.copy(data=[0.1, duration])
+        panels = draw(answer.assign_coords(time=answer.time.copy(data=times)).assign(course_duration=durations)).axes
+        assert panels[0].get_xlim() == (pytest.approx(-0.1), pytest.approx(last))
+
+
 def test_its_report_and_figure(answer: xr.Dataset) -> None:
     text = "\n".join(report(answer))
     for line in (
@@ -99,7 +128,12 @@ def test_its_report_and_figure(answer: xr.Dataset) -> None:
 def test_a_given_duration_on_both_sides() -> None:
     expected, machine = critical_by_quadrature(50.0, 1.0), loaded_motor(50.0)
     for share, outcome in ((0.98, "passed"), (1.02, "stopped")):
-        s = run(VoltageDip(depth=1.0, duration=share * expected, points=2), machine).wucht.summary
+        result = run(VoltageDip(depth=1.0, duration=share * expected, points=2), machine)
+        s, durations = result.wucht.summary, result.course_duration.values
+        assert (str(result.course.values[0]), durations[0]) == ("dip of the given duration", share * expected)
+        assert len(set(durations)) == len(durations) and share * expected in result.dip_duration.values
+        (line,) = (line for line in report(result) if line.startswith("  dip  "))
+        assert (": returns, from" in line, ": does not return: stopped, 0 rad/s" in line) == (share < 1, share > 1)
         assert s["outcome"] == s["dip"]["outcome"] == outcome
         assert s["dip"]["returns"] is (share < 1)
         assert s["critical_duration"] == pytest.approx(expected, rel=0.01)
@@ -157,11 +191,22 @@ def test_stopped_and_resumed(tmp_path: Path, answer: xr.Dataset) -> None:
     machine, question = loaded_motor(40.0), VoltageDip(depth=0.6, points=4)
     part = run(question, machine, folder=tmp_path, progress=stop_at(3, "dip of"))
     assert not part.attrs["finished"] and 0 < part.sizes["dip"] < answer.sizes["dip"]
-    assert part.wucht.summary["critical_duration"] is None
+    assert part.wucht.summary["critical_duration"] is None and part.wucht.summary["critical_speed"] is None
     shares = list[float]()
     again = run(question, machine, folder=tmp_path, resume=True, progress=lambda share, _: shares.append(share))
     assert_same(again, answer)
     assert max(np.diff(shares)) < 0.5 and min(np.diff(shares)) > -1e-9
+
+
+def test_stopped_before_the_border_is_known() -> None:
+    part = run(VoltageDip(depth=0.6, points=4), loaded_motor(40.0), progress=stop_at(1, "dip of"))
+    assert (part.attrs["sentence"], part.sizes["dip"], part.course.values.tolist()) == (
+        "not determined yet", 0, ["operation"],
+    )  # fmt: skip
+    assert report(part) and draw(part)
+    part = run(VoltageDip(depth=0.6, points=4), loaded_motor(40.0), progress=stop_at(8, "dip of"))
+    assert "the machine returns by itself after a dip of " in part.attrs["sentence"]
+    assert part.wucht.summary["critical_duration"] is None and part.wucht.summary["beyond"] is not None
 
 
 def test_stopped_before_the_machine_is_in_operation(tmp_path: Path, answer: xr.Dataset) -> None:

@@ -193,14 +193,25 @@ def _level_times(course: MotionCourse, operating_speeds: np.ndarray, count: int)
 class CriticalDip:
     """The dips that were tried, by their duration, and the border between those after which the machine returns, and not.
 
-    longest_return, shortest_loss: either side of the border; None where no dip returned, or all did.
+    longest_return, shortest_loss: either side of the border; None where no dip returned, or all did. is_complete: no further
+    dip is tried.
     """
 
     dips: tuple[Dip, ...] = ()
+    is_complete: bool = False
 
     def with_dip(self, dip: Dip) -> CriticalDip:
         """Return these dips with another one."""
         return CriticalDip(tuple(sorted((*self.dips, dip), key=lambda d: d.duration)))
+
+    def dip_of(self, duration: float | None) -> Dip | None:
+        """Return the dip of a duration, if it was tried."""
+        return next((d for d in self.dips if d.duration == duration), None)
+
+    @property
+    def critical(self) -> Dip | None:
+        """The longest dip after which the machine returns, once it is known that after a longer one it does not."""
+        return self.longest_return if self.is_complete and self.shortest_loss is not None else None
 
     @property
     def shortest_loss(self) -> Dip | None:
@@ -223,7 +234,7 @@ class CriticalDip:
 def critical_dip(
     dip: Callable[[float, Work], Dip], durations: list[float], shortest: float, earlier: CriticalDip, work: Work
 ) -> Iterator[CriticalDip]:
-    """Yield the dips that were tried: at all durations, then by bisection to 1 % of the critical one.
+    """Yield the dips that were tried: at all durations, then by bisection to 1 % of the critical one; at last as complete.
 
     dip: computes one. shortest: of the range, 0 where every shorter dip counts as one after which the machine returns. earlier:
     dips that were computed before.
@@ -238,10 +249,11 @@ def critical_dip(
     while (loss := trial.shortest_loss) is not None and loss.duration > floor:
         low = 0.0 if trial.longest_return is None else trial.longest_return.duration
         if (not low and shortest) or loss.duration - low <= PRECISION * low:
-            return
+            break
         part = bisection.part("", share, share + (1 - share) / 4)
         trial, share = trial.with_dip(one_dip(dip, (low + loss.duration) / 2, part)), share + (1 - share) / 4
         yield trial
+    yield replace(trial, is_complete=True)
 
 
 def one_dip(dip: Callable[[float, Work], Dip], duration: float, work: Work) -> Dip:

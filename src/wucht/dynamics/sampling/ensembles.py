@@ -108,6 +108,10 @@ class MemberOutcomes:
         failures = sorted((place[i], reason) for i, reason in self.failures if i in place)
         return MemberOutcomes(**{name: getattr(self, name)[members] for name in _ARRAYS}, failures=tuple(failures))
 
+    def has_outcome(self, outcomes: Sequence[str]) -> np.ndarray:
+        """Mask (M,) of the members with one of some outcomes."""
+        return np.isin(self.outcome, [k for k, outcome in enumerate(OUTCOMES) if outcome in outcomes])
+
     def counts(self) -> dict[Outcome, int]:
         """Return the number of members with each outcome that occurs, in the order of ``OUTCOMES``."""
         numbers = np.bincount(self.outcome, minlength=len(OUTCOMES))

@@ -53,6 +53,12 @@ class Jump:
     bracket: tuple[float, float]
 
 
+def hysteresis(jumps: Sequence[Jump]) -> list[float] | None:
+    """Return the range of values in which the state depends on the direction of the sweep; None if there is none."""
+    up, down = ([j.value for j in jumps if j.direction == way] for way in ("up", "down"))
+    return [min(down), max(up)] if up and down and min(down) < max(up) else None
+
+
 def candidates(mover: Mover, legs: Sequence[SweepLeg]) -> list[tuple[int, int]]:
     """Return where the signal of a ramp changes faster than elsewhere: pairs of legs before and after, largest changes only.
 

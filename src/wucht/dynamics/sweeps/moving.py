@@ -7,7 +7,7 @@ compiled once.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
@@ -128,6 +128,7 @@ _MOST_TURNS_SAMPLED = 200  # of a leg: its densely sampled end
 _TURNS_UNSAMPLED = 200  # before that, between two checks for interruption
 SETTLING_TOLERANCE = 1e-6  # relative change of the speed; ten times as much of the amplitude
 _MOST_WINDOWS = 61
+_TOO_FAST = 0.01  # greatest change of the speed after a ramp, relative to the largest speed of the sweep
 
 
 class IntegrationError(WuchtError):
@@ -181,6 +182,15 @@ class SweepLeg:
     def modulation(self) -> float:
         """Range of the speed averaged over a turn, relative to its mean."""
         return (self.high - self.low) / abs(self.speed) if self.speed else 0.0
+
+
+def is_too_fast(settled_leg: SweepLeg, legs: Sequence[SweepLeg]) -> bool:
+    """True if the speed still changed after the last leg of a sweep, until it settled. legs: of all ramps so far.
+
+    That of a modulated motion, which is at no time at its mean, tells nothing.
+    """
+    largest = max(abs(leg.speed) for leg in (settled_leg, *legs))
+    return bool(legs) and legs[-1].modulation < _TOO_FAST and abs(settled_leg.speed - legs[-1].speed) > _TOO_FAST * largest
 
 
 def moving_system(machine: Machine, path: str) -> System:
@@ -290,6 +300,17 @@ class Mover:
         end_state, other_parameters = tuple((state + done).tolist()), tuple(parameters[: -len(_LINE)].tolist())
         end_place = Place(end, place.value if to is None else to, end_state, other_parameters, balance)
         return self._average_turns(t, rows, place, end_place, rate, float(residual[-1]))
+
+    def legs(self, place: Place, duration: float, values: Sequence[float]) -> tuple[tuple[SweepLeg, ...], str | None]:
+        """Move the parameter to one value after the other, as far as possible; return the legs with the failure, if any."""
+        legs = list[SweepLeg]()
+        for value in values:
+            try:
+                legs.append(self.leg(place, duration, value))
+            except IntegrationError as error:
+                return tuple(legs), str(error)
+            place = legs[-1].place
+        return tuple(legs), None
 
     def _without_turns(self, place: Place) -> np.ndarray:
         """Return the state (n + m,) without whole turns of each rotor and its bodies, and with no work done yet.

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
-from matplotlib.figure import Figure
 
 from wucht.plots.scales import multiples_of_pi
 from wucht.plots.sheet import colour_bar, legend_beside, new_grid
@@ -16,7 +12,11 @@ from wucht.plots.stability_lines import draw_region, field
 from wucht.plots.style import GREY
 from wucht.results.attributes import number_in
 from wucht.results.formatting import parameter_in_words, percent, printed_unit, with_unit
-from wucht.studies.basin.system_basin_figure import system_basin_figure
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 # Colour and hatch of each outcome (Okabe and Ito's colours, lightened or darkened so that frequent neighbours differ in grey
 # too).
@@ -36,8 +36,6 @@ _SCALE = "viridis"
 
 def figure(result: xr.Dataset) -> Figure:
     """Draw three maps over both axes from the Dataset alone; the refined map if the borders are refined."""
-    if "attractor_states" in result:
-        return system_basin_figure(result)
     prefix = "refined_" if "refined_outcome" in result else ""
     s = result.wucht.summary
     below = f"{' x '.join(map(str, s['levels'][-1]['cells']))} cells, {s['runs']} runs"
@@ -54,6 +52,8 @@ def figure(result: xr.Dataset) -> Figure:
 
 def _outcomes(axis: Axes, result: xr.Dataset, prefix: str) -> list[Any]:
     """Draw the map of outcomes; return legend entries with the share of each outcome."""
+    from matplotlib.colors import ListedColormap
+
     s, variable = result.wucht.summary, result[f"{prefix}outcome"]
     fractions, off = s["fractions"], s["uncertainty"]
     flags = dict(zip(np.asarray(variable.flag_values).tolist(), str(variable.flag_meanings).split(), strict=True))

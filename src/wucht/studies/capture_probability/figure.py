@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from wucht.plots.sheet import leading_clauses, legend_above, legend_beside, new_grid
 from wucht.plots.stability_lines import draw_classes
 from wucht.plots.style import COLOURS, GREY
 from wucht.results.formatting import formula_in_print, parameter_in_words, with_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _BAR = 0.36
 _VISIBLE = 5e-4  # of the panel: a smaller area is a dot, which needs no name

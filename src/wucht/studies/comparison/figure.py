@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from wucht.plots import style
 from wucht.plots.page import current_page, small
@@ -16,7 +13,12 @@ from wucht.plots.scales import printed_values
 from wucht.plots.sheet import labelled_handles, legend_above, legend_below, new_grid
 from wucht.plots.time_courses import TurnWindows, draw_course, shown_until
 from wucht.results.formatting import printed_unit, value_in_words, wrap_text
-from wucht.studies.comparison.dataset import shown_numbers, variant_names
+from wucht.studies.comparison.comparison_table import shown_numbers, variant_names
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _MOST_CURVES, _MOST_NUMBERS, _MOST_NAMED = 2, 2, 14
 _PANEL, _LINE = 2.1, 0.19  # inches: of a panel, and of a line of text

@@ -3,26 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
-from pathlib import Path
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from wucht.dynamics.run_ups.run_variations import start_states
-from wucht.errors import InputError
-from wucht.files.catalogue import ABOUT
-from wucht.files.documents import Document, flatten
 from wucht.machines.machine import Machine
 from wucht.results.formatting import unit_in_print, value_in_words
-from wucht.results.output_folder import load_result, result_file
-from wucht.results.store import RESULT
-from wucht.schema import Parameter, Unit, refuse_unknown, unit_of
-from wucht.studies.comparison.spec import Comparison
-from wucht.studies.registry import study_of
-from wucht.studies.study_file import StudyFile, machine_study, read_study
+from wucht.schema import Parameter, Unit, unit_of
+from wucht.studies.study_file import StudyFile
 from wucht.studies.subjects import Description, subject_of
 
 if TYPE_CHECKING:
@@ -96,15 +87,12 @@ def _key(study_file: StudyFile, path: str, dimensionless: bool) -> VariedKey:
     return VariedKey(path, Parameter(path, 0.0, "", "", path.rpartition(".")[2].replace("_", " ")).full_name, None)
 
 
-_NESTED_ERROR = "this is a comparison; name the files that it compares"
-
-
 @dataclass(frozen=True)
 class Variant:
     """Variant of a comparison.
 
     name: distinguishes it from those of other files. varied_values: by path, in SI where they are numbers; keys: their
-    descriptions. study_file: its study; result: if it exists already; refusal: error of an invalid variant.
+    descriptions. study_file: its study; result: if it exists already; refusal: why its study cannot be run.
     """
 
     name: str
@@ -122,12 +110,23 @@ class Variant:
             [*([self.name] if self.name else []), *(key.assignment_text(self.varied_values[key.path]) for key in self.keys)]
         )
 
+    @cached_property
+    def _description(self) -> Description | None:
+        return None if self.study_file is None else subject_of(self.study_file.spec).describe(self.study_file.subject)
+
+    @property
+    def kind(self) -> str:
+        """Kind of its study; empty where it is not known."""
+        if self.result is not None:
+            return str(self.result.attrs["study"])
+        return "" if self.study_file is None else self.study_file.spec.kind
+
     @property
     def title(self) -> str:
         """Title of the machine."""
         if self.result is not None:
             return str(self.result.attrs["title"])
-        return "" if self.study_file is None else subject_of(self.study_file.spec).describe(self.study_file.subject).title
+        return "" if self._description is None else self._description.title
 
     @property
     def facts(self) -> dict[str, Any]:
@@ -135,20 +134,16 @@ class Variant:
         if self.result is not None:
             question: dict[str, Any] = self.result.wucht.question
             return question
-        if self.study_file is None:
+        if self.study_file is None or self._description is None:
             return {"refused": self.refusal}
-        subject = self.study_file.subject
-        return {
-            "study": self.study_file.spec.table_for(subject),
-            "machine": subject_of(self.study_file.spec).describe(subject).facts,
-        }
+        return {"study": self.study_file.spec.table_for(self.study_file.subject), "machine": self._description.facts}
 
     @property
     def dimensionless(self) -> bool:
         """True if its numbers have no units."""
         if self.result is not None:
             return bool(self.result.attrs["dimensionless"])
-        return self.study_file is not None and subject_of(self.study_file.spec).describe(self.study_file.subject).dimensionless
+        return self._description is not None and self._description.dimensionless
 
 
 @dataclass(frozen=True)
@@ -157,107 +152,3 @@ class ComparedVariants:
 
     title: str
     variants: tuple[Variant, ...]
-
-
-class VariantsSubject:
-    """Subject of a comparison: the files and results that the table ``[study]`` names."""
-
-    def from_document(
-        self, document: Document, path: Path, name: str, settings: Mapping[str, Any]
-    ) -> tuple[ComparedVariants, Document]:
-        """Read the variants, see ``Subject``. settings: further keys set in all variants."""
-        machines = document.get("machines", {})  # of wucht.compare by name, which are in no file
-        for key in ("machine", "system"):
-            if key in document:
-                raise InputError(key, None, "not allowed here: study.of names the compared files")
-        refuse_unknown(document, (*ABOUT, "machines"), "")
-        spec = Comparison.from_table(document["study"])
-        common_settings = spec.set | flatten(settings)
-        groups = [
-            _variants_of_study(source, partial(machine_study, source, machines[source]), common_settings, spec)
-            if source in machines
-            else _variants_from_source(source, path.parent, common_settings, spec)
-            for source in spec.of
-        ]
-        variants = _uniquely_named([v for group in groups for v in group])
-        return ComparedVariants(str(document.get("title") or _title(spec, variants)), variants), {}
-
-    def describe(self, subject: Any) -> Description:
-        """Describe the variants, see ``Subject``."""
-        if not isinstance(subject, ComparedVariants):
-            raise InputError("study.of", subject, "this study needs the files that its table [study] names; see wucht.compare")
-        facts = {"title": subject.title, "variants": [{"label": v.label} | v.facts for v in subject.variants]}
-        return Description(subject.title, all(v.dimensionless for v in subject.variants), facts)
-
-
-def _title(spec: Comparison, variants: Sequence[Variant]) -> str:
-    keys = variants[0].keys
-    over = f", varied: {'; '.join(key.description for key in keys)}" if keys else ""
-    return f"Comparison of {', '.join(map(_name, spec.of))}{over}"
-
-
-def _variants_from_source(source: str, folder: Path, common_settings: Mapping[str, Any], spec: Comparison) -> list[Variant]:
-    """Return the variants of a file, or the result in a folder. Raises ``InputError`` where none of them is valid."""
-    place = folder / source
-    if place.suffix == ".nc" or (place.is_dir() and result_file(place).is_file()):
-        if common_settings or spec.vary:
-            raise InputError("study.of", source, "this is a result: nothing can be set or varied in it; name the study file")
-        result = load_result(place)
-        try:
-            study_of(result.attrs["study"])
-        except InputError as error:
-            raise error.with_file(result_file(place)) from None
-        if result.attrs["study"] == Comparison.kind:
-            raise InputError("study.of", source, _NESTED_ERROR)
-        return [Variant("", source, {}, result=result)]
-    name = str(place) if place.is_file() else source
-    return _variants_of_study(source, partial(read_study, name), common_settings, spec)
-
-
-def _variants_of_study(
-    source: str, read: Callable[[Mapping[str, Any]], StudyFile], common_settings: Mapping[str, Any], spec: Comparison
-) -> list[Variant]:
-    """Return the variants of a study, read with settings by path. Raises ``InputError`` where none of them is valid."""
-    attempts, errors = list[StudyFile | InputError](), list[InputError]()
-    for combination in spec.combinations:
-        try:
-            attempts.append(read({**common_settings, **combination}))
-        except InputError as error:
-            attempts.append(error)
-            errors.append(error)
-    study_files = [one for one in attempts if isinstance(one, StudyFile)]
-    if not study_files:
-        raise errors[0]
-    if any(one.spec.kind == Comparison.kind for one in study_files):
-        raise InputError("study.of", source, _NESTED_ERROR)
-    dimensionless = subject_of(study_files[0].spec).describe(study_files[0].subject).dimensionless
-    keys = tuple(varied_key(study_files[0], path, values, dimensionless) for path, values in spec.vary.items())
-    variants = [Variant("", source, {k.path: k.to_si(values[k.path]) for k in keys}, keys) for values in spec.combinations]
-    return [
-        replace(v, study_file=one) if isinstance(one, StudyFile) else replace(v, refusal=str(one))
-        for v, one in zip(variants, attempts, strict=True)
-    ]
-
-
-def _uniquely_named(variants: list[Variant]) -> tuple[Variant, ...]:
-    """Name the variants uniquely: no names are needed where there is one file and varied values distinguish all."""
-    sources = {v.source: _name(v.source) for v in variants}
-    unique_variants, count = list[Variant](), Counter[str]()
-    for v in variants:
-        unique = list(sources.values()).count(sources[v.source]) == 1
-        variant = replace(
-            v, name=(sources[v.source] if unique else v.source) if len(sources) > 1 or not v.varied_values else ""
-        )
-        count[variant.label] += 1
-        again = count[variant.label]
-        unique_variants.append(variant if again == 1 else replace(variant, name=f"{variant.name} ({again})".strip()))
-    return tuple(unique_variants)
-
-
-def _name(source: str) -> str:
-    """Return the last name of a path: of the study file, or of the folder of the result."""
-    path = Path(source)
-    return (path.parent if path.name == RESULT else path).name.removesuffix(".toml") or source
-
-
-VARIANTS = VariantsSubject()

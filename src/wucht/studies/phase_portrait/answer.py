@@ -27,7 +27,7 @@ _NAMED_ENDS = ("stable", "unstable", "saddle", "closed", "centre", "degenerate")
 PortraitOf = tuple[str, float | None, Plane, Section | None, PlanarPortrait]  # its label, the value of ``along``, its origin
 
 
-def portrait_answer(
+def state_portraits(
     subject: Machine | UserSystem,
     along: str | None,
     axes: Sequence[Axis],
@@ -36,13 +36,13 @@ def portrait_answer(
     length: float,
     count: int,
     portraits: Sequence[PortraitOf],
-) -> Answer:
-    """Return the answer. Of several portraits each variable has them along its first dimension.
+    a: Answer,
+) -> None:
+    """State the answer. Of several portraits each variable has them along its first dimension.
 
     axes, drawn_ranges: the two states, and their ranges (2, 2) in the figure. length: at which a curve is stopped. count: of
     all portraits, of which some are finished.
     """
-    a = Answer(None if isinstance(subject, UserSystem) else subject.units)
     time = "" if isinstance(subject, UserSystem) else subject.units.time
     _, _, plane, section, _ = portraits[0]
     model = ""
@@ -90,7 +90,6 @@ def portrait_answer(
         _add_warnings(a, f"{label}: " if label else "", portrait, length)
     if len(portraits) < count:
         a.warn(f"{len(portraits)} of {count} portraits are finished")
-    return a
 
 
 def _state_descriptions(

@@ -29,7 +29,7 @@ from wucht.numerics.phase_plane.plane import TURN, Plane
 from wucht.schema import SI, Composite, Unit, composite, read_quantity, refuse_unknown, si
 from wucht.studies.answer import Answer
 from wucht.studies.key_types import Inertia, Order, Path, TrueOrFalse, Value, Values, Whole
-from wucht.studies.phase_portrait.answer import PortraitOf, portrait_answer
+from wucht.studies.phase_portrait.answer import PortraitOf, state_portraits
 from wucht.studies.phase_portrait.figure import figure
 from wucht.studies.phase_portrait.state_projection import Projection, project_states
 from wucht.studies.study import Study
@@ -240,14 +240,14 @@ class PhasePortrait(Study):
             yield from project_states(subject, prepared, work)
             return
         cases, axes, ranges, starts = prepared
-        answer = partial(portrait_answer, subject, self.along, axes, ranges, self.nullclines, self.length, len(cases))
-        portraits = list[PortraitOf]()
+        fill = partial(state_portraits, subject, self.along, axes, ranges, self.nullclines, self.length, len(cases))
+        units, portraits = None if isinstance(subject, UserSystem) else subject.units, list[PortraitOf]()
         for k, (value, plane, section) in enumerate(cases):
             label = "" if value is None else f"{self.along} = {value:.6g}"
             part = work.part(f"portrait {k + 1}", k / len(cases), (k + 1) / len(cases))
             portrait = part.unit("curves", partial(self._portrait, plane, section, starts, label, part))
             portraits.append((label, value, plane, section, portrait))
-            yield answer(portraits)
+            yield Answer(units, partial(fill, tuple(portraits)))
 
     def _portrait(
         self, plane: Plane, section: Section | None, starts: np.ndarray | None, label: str, work: Work

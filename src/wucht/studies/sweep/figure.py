@@ -1,29 +1,36 @@
-"""The figure of a sweep: speed and amplitude over the parameter, with the jumps."""
+"""The figures of a sweep: speed and amplitude over the parameter, with the jumps; of equations maxima and ranges of states."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wucht.plots.scales import name_speeds
-from wucht.plots.sheet import legend_beside, new_figure
-from wucht.plots.style import COLOURS, FREE, line_style
+from wucht.plots.sheet import legend_below, legend_beside, new_figure
+from wucht.plots.stability_lines import entry
+from wucht.plots.style import COLOURS, FREE, GUIDE, line_style
 from wucht.results.attributes import text_in
 from wucht.results.formatting import label, parameter_in_words, printed_unit, with_unit
-from wucht.studies.sweep.computation import SENSE
-from wucht.studies.sweep.system_sweep_figure import system_sweep_figure
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+SENSE = {"up": "rising", "down": "falling"}  # of the swept parameter
+_MOST_PANELS = 4
+_PANEL = 1.9  # inches
+_SIZES, _SIZE_OF_ALL = (1.5, 5.0), 240.0  # points: of a marker, and of the markers of all values together
+_INNER = 0.6  # size of the markers of the falling sweep over that of the rising one, upon which they lie
 
-def figure(result: xr.Dataset) -> Figure:
-    """Draw two panels from a sweep's Dataset alone."""
-    if "maxima" in result:
-        return system_sweep_figure(result)
+
+def sweep_figure(result: xr.Dataset) -> Figure:
+    """Draw a sweep of a machine, or of equations."""
+    return _draw_states(result) if "maxima" in result else _draw_machine(result)
+
+
+def _draw_machine(result: xr.Dataset) -> Figure:
     fig, (speed, amplitude) = new_figure(2, result.attrs["title"], _subtitle(result), 2.4)
     scale, unit = printed_unit(result, "amplitude")
     for i, way in enumerate(str(d) for d in result.direction.values):
@@ -67,3 +74,30 @@ def _draw_jumps(axis: Axes, result: xr.Dataset, before: np.ndarray, after: np.nd
         axis.plot([at], [before[k]], "o", color=colour, markersize=5, zorder=5, label="end of a branch" if k == 0 else None)
         arrow = {"arrowstyle": "-|>", "color": colour, "linewidth": 1.0, "shrinkA": 3, "shrinkB": 0}
         axis.annotate("", xy=(at, after[k]), xytext=(at, before[k]), zorder=5, arrowprops=arrow)
+
+
+def _draw_states(result: xr.Dataset) -> Figure:
+    """Draw a panel for each state that is no angle."""
+    rows = np.flatnonzero(result.is_angle.values == 0)[:_MOST_PANELS]
+    fig, axes = new_figure(max(len(rows), 1), result.attrs["title"], result.attrs["sentence"], _PANEL)
+    size = float(np.clip(_SIZE_OF_ALL / result.sizes["step"], *_SIZES))
+    ways = [str(d) for d in result.direction.values]
+    jumps = result.wucht.summary["jumps"]
+    for i, axis in zip(rows.tolist(), axes, strict=False):
+        for k in range(len(ways)):
+            value, peaks = result.value.values[k], result.maxima.values[k, i]
+            low, high = result.low.values[k, i], result.high.values[k, i]
+            axis.fill_between(value, low, high, color=COLOURS[k], alpha=0.15, linewidth=0)
+            look = _marker(k) | {"markersize": size * (_INNER if k else 1.0)}
+            axis.plot(np.repeat(value, peaks.shape[1]), peaks.ravel(), **look)
+        for jump in jumps:
+            axis.axvline(jump["value"], zorder=1, **GUIDE)
+        axis.set_ylabel(str(result.state.values[i]))
+    axes[-1].set_xlabel(text_in(result, "along"))
+    handles = [entry(f"maxima, {SENSE[way]}", **_marker(k), markersize=_SIZES[1]) for k, way in enumerate(ways)]
+    legend_below(fig, handles + ([entry("jump", **GUIDE)] if jumps else []))
+    return fig
+
+
+def _marker(way: int) -> dict[str, Any]:
+    return {"linestyle": "", "marker": "o", "color": COLOURS[way], "markeredgewidth": 0}

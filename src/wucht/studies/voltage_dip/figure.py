@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from wucht.plots.scales import name_speeds, printed_values
 from wucht.plots.sheet import draw_panels, leading_clauses
 from wucht.plots.stability_lines import draw_classes
 from wucht.plots.style import COLOURS, FREE, GREY, line_style
 from wucht.results.formatting import abscissa_label, label
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _BELOW = 0.04  # of the largest speed: room for marks at standstill
 _FALL = (0, (6, 1, 1, 1, 1, 1))  # dashes that no other line has
