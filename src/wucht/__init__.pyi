@@ -35,7 +35,7 @@ from .studies.load_spectrum.load_records import Records as Records
 from .studies.load_spectrum.study import LoadSpectrum as LoadSpectrum
 from .studies.optimise_balancer.spec import OptimiseBalancer as OptimiseBalancer
 from .studies.orbit_branch.study import OrbitBranch as OrbitBranch
-from .studies.phase_portrait.spec import PhasePortrait as PhasePortrait
+from .studies.phase_portrait.study import PhasePortrait as PhasePortrait
 from .studies.response.study import Response as Response
 from .studies.run_up.study import RunUp as RunUp
 from .studies.runner import draw as draw

@@ -23,7 +23,7 @@ from wucht.studies.exciter_design.spec import ExciterDesign
 from wucht.studies.load_spectrum.study import LoadSpectrum
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.orbit_branch.study import OrbitBranch
-from wucht.studies.phase_portrait.spec import PhasePortrait
+from wucht.studies.phase_portrait.study import PhasePortrait
 from wucht.studies.response.study import Response
 from wucht.studies.run_up.study import RunUp
 from wucht.studies.speed_curve.study import SpeedCurve

@@ -43,7 +43,7 @@ class Answer:
     sentence : str
         The answer in one sentence.
     verdict : str, optional
-        What the report says in its place.
+        What the report says in its place; empty: nothing.
     failure : str, optional
         Reason why the answer is not complete.
     """
@@ -56,7 +56,7 @@ class Answer:
         self._fill = fill
         self._quantities: list[Quantity] = []
         self._path = ""
-        self._lines: list[tuple[str, str, dict[str, str]]] = []
+        self._lines: list[tuple[str | None, str, dict[str, str]]] = []
         self._warnings: list[str] = []
         self._assumptions: list[str] = []
         self._attributes: dict[str, Any] = {}
@@ -170,13 +170,13 @@ class Answer:
         """State quantities that several studies share."""
         self._quantities += quantities
 
-    def line(self, heading: str, text: str, at: str = "", **texts: str) -> None:
+    def line(self, heading: str | None, text: str, at: str = "", **texts: str) -> None:
         """Add a line to the report. It is left out if one of its numbers is None.
 
         Parameters
         ----------
-        heading : str
-            Text in the column beside it.
+        heading : str, optional
+            Text in the column beside it. None: the line itself is a heading, of those that follow.
         text : str
             With fields: ``{breakdown.speed}``, a number of the summary by its path, with its unit; ``{jumps[0].speed}``, of a
             list; ``{slip:%}``, a share in percent; ``{turns:.3g}``, with a format, ``.Ng``, ``.Nf``, ``.Ne``, and ``%`` after

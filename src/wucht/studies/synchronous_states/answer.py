@@ -31,7 +31,7 @@ _GENTLE = 0.05  # machine number below which the vibration is negligible
 _DECISIONS = {True: "stable", False: "unstable", None: "undecided"}
 
 
-def answer_of(
+def configurations_answer(
     machine: Machine,
     torques: SteadyTorques,
     speeds: tuple[float, float] | None,

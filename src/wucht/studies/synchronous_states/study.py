@@ -34,7 +34,7 @@ from wucht.studies.answer import Answer
 from wucht.studies.key_types import Inertia, Interval, TrueOrFalse, Value
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.study import AVERAGED_EQUATIONS, FULL_EQUATIONS, Study
-from wucht.studies.synchronous_states.answer import answer_of
+from wucht.studies.synchronous_states.answer import configurations_answer
 from wucht.studies.synchronous_states.figure import figure
 
 if TYPE_CHECKING:
@@ -226,7 +226,7 @@ class SynchronousStates(Study):
         if not self.full:
             stabilities = [_NOT_REQUESTED] * len(search.states)
         states = [describer.describe(state, full) for state, full in zip(search.states, stabilities, strict=True)]
-        answer = partial(answer_of, machine, torques, speeds, search, cells, is_full=self.full)
+        answer = partial(configurations_answer, machine, torques, speeds, search, cells, is_full=self.full)
         yield answer(states)
         if self.full and states:
             part = work.part("state", _SEARCH_SHARE, _STABILITY_SHARE if cells is not None else 1.0)
