@@ -14,7 +14,7 @@ from wucht.studies.basin.spec import Basin
 from wucht.studies.cam_contour.study import CamContour
 from wucht.studies.cam_correction.study import CamCorrection
 from wucht.studies.cam_law import CamLaw
-from wucht.studies.cam_prediction.spec import CamPrediction
+from wucht.studies.cam_prediction.study import CamPrediction
 from wucht.studies.capture_probability.spec import CaptureProbability
 from wucht.studies.coast_down import CoastDown
 from wucht.studies.comparison.spec import Comparison
