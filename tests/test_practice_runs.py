@@ -9,7 +9,7 @@ from tests import stated
 
 from wucht.machines.tracks import angular_width
 from wucht.numerics.fourier_series import even_angles
-from wucht.studies.cam_prediction.spec import CamPrediction
+from wucht.studies.cam_prediction.study import CamPrediction
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
 from wucht.studies.torque_balance import TorqueBalance

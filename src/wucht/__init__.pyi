@@ -23,7 +23,7 @@ from .studies.basin.study import Basin as Basin
 from .studies.cam_contour.study import CamContour as CamContour
 from .studies.cam_correction.study import CamCorrection as CamCorrection
 from .studies.cam_law import CamLaw as CamLaw
-from .studies.cam_prediction.spec import CamPrediction as CamPrediction
+from .studies.cam_prediction.study import CamPrediction as CamPrediction
 from .studies.capture_probability.study import CaptureProbability as CaptureProbability
 from .studies.coast_down import CoastDown as CoastDown
 from .studies.comparison.study import Comparison as Comparison

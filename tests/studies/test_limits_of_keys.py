@@ -15,7 +15,7 @@ from wucht.studies.basin.study import Basin
 from wucht.studies.cam_contour.study import CamContour
 from wucht.studies.cam_correction.study import CamCorrection
 from wucht.studies.cam_law import CamLaw
-from wucht.studies.cam_prediction.spec import CamPrediction
+from wucht.studies.cam_prediction.study import CamPrediction
 from wucht.studies.capture_probability.study import CaptureProbability
 from wucht.studies.coast_down import CoastDown
 from wucht.studies.entrainment.study import Entrainment

@@ -19,7 +19,7 @@ from wucht.cams.workshop.lists import read_list
 from wucht.cli import app as command_line
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.studies.cam_contour.study import CamContour
-from wucht.studies.cam_prediction.spec import CamPrediction
+from wucht.studies.cam_prediction.study import CamPrediction
 from wucht.studies.cam_workshop import file_lines
 from wucht.studies.registry import study_of
 from wucht.studies.runner import run

@@ -1,9 +1,7 @@
 """The study cam-prediction: its numbers against integration and closed forms, every drive, what is refused, springs, files."""
 
 import math
-from dataclasses import asdict
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,10 +16,8 @@ from wucht.cams.tables.camshaft import ElasticTable, ShaftTable
 from wucht.cams.tables.harmonic_law import HarmonicLawTable
 from wucht.cams.tables.speed import SpeedTable
 from wucht.dynamics.work import Work
-from wucht.errors import InputError, RunError
+from wucht.errors import InputError
 from wucht.numerics.fourier_series import FourierSeries
-from wucht.studies.cam_prediction import computation as prediction_run
-from wucht.studies.cam_prediction.computation import prepare, run
 from wucht.studies.memory import UnitMemory
 from wucht.studies.registry import study_of
 from wucht.studies.study_file import run_file
@@ -293,9 +289,16 @@ def test_the_inertia_ratio_warns():
     ask = wucht.CamPrediction(cuts=3, simulate=0, points=16)
     heavy = wucht.run(ask, drive(mean_speed=OMEGA, output_inertia=30.0))
     assert heavy.wucht.summary["inertia_ratio"] == pytest.approx(0.567, abs=1e-3)
-    (said,) = heavy.wucht.warnings
-    assert "converges slowly" in said
-    assert heavy.wucht.summary["contraction"] > 0.4
+    again, rate = "cutting a cam and measuring again", 100 * heavy.wucht.summary["contraction"]
+    assert heavy.wucht.warnings == [
+        f"the inertia ratio J1 max psi'^2/J0 is 0.567: {again} converges slowly, each cam leaves {rate:.3g} % of the residual "
+        "of the one before; take the predicted cam"
+    ]
+    assert 40 < rate < 60
+    per_inertia = heavy.wucht.summary["inertia_ratio"] / 30.0
+    for ratio, words in ((0.499, []), (0.501, ["slowly; take"]), (0.999, ["slowly; take"]), (1.001, ["about 1 " + again])):
+        found = wucht.run(wucht.CamPrediction(points=16, **BRIEF), drive(mean_speed=OMEGA, output_inertia=ratio / per_inertia))
+        assert [any(word in said for word in words) for said in found.wucht.warnings] == [True] * len(words), ratio
     with failed("comes-to-rest", "2", "3", "1.29"):
         wucht.run(ask, drive(mean_speed=OMEGA, output_inertia=160.0))
 
@@ -331,7 +334,7 @@ def test_the_inertia_ratio_warns():
 )  # fmt: skip
 def test_what_is_wrong_is_located(shaft, where, sentence):
     with pytest.raises(InputError) as error:
-        prepare(wucht.CamPrediction(), drive(**shaft))
+        wucht.run(wucht.CamPrediction(), drive(**shaft))
     assert error.value.location == where
     assert sentence in error.value.explanation
     assert "machine" not in str(error.value)
@@ -355,7 +358,7 @@ def test_springs_that_do_not_fit_are_refused(keys, where):
 
 def test_the_shaft_is_needed_and_the_cam_is_a_part_of_it():
     with refused("shaft", given=None, code="missing"):
-        prepare(wucht.CamPrediction(), wucht.CamDrive(LAW))
+        wucht.run(wucht.CamPrediction(), wucht.CamDrive(LAW))
     with refused("shaft.inertia", given=20.0):
         drive(elastic={"shaft_stiffness": 1e6, "cam_inertia": 20.0})
 
@@ -371,11 +374,12 @@ def test_where_the_law_rests():
     assert arcs == [(150, 210, pytest.approx(0.01)), (300, 60, pytest.approx(0.0, abs=1e-12))]
     waves = HarmonicLawTable(coefficients={"cosine": ["3 deg"]})
     with refused("study.dwell", given=None):
-        prepare(wucht.CamPrediction(), drive(waves, mean_speed=50.0, elastic={"output_frequency": 400.0}))
-    plan = prepare(wucht.CamPrediction(dwell=("-3 deg", "3 deg")), drive(waves, mean_speed=50.0))
-    (dwell,) = plan.dwells
-    assert (dwell.begin, dwell.end) == pytest.approx((-math.pi / 60, math.pi / 60))
-    assert dwell.value == pytest.approx(math.radians(3), rel=1e-3)
+        wucht.run(wucht.CamPrediction(), drive(waves, mean_speed=50.0, elastic={"output_frequency": 400.0}))
+    asked = wucht.CamPrediction(dwell=("-3 deg", "3 deg"), speed_points=3, points=16, **BRIEF)
+    stiff = wucht.run(asked, drive(waves, mean_speed=50.0, elastic={"output_frequency": "10 kHz"}))
+    assert stiff.swept_speed.values[[0, -1]] == pytest.approx([25.0, 75.0]), "from half the mean speed to one and a half times"
+    left = stiff.excited_deviation.sel(excited="corrected cam")
+    assert float(left) == pytest.approx(math.radians(3) * (1 - math.cos(math.pi / 60)), rel=0.4), "about the mean in the dwell"
 
 
 @pytest.fixture(scope="module")
@@ -441,20 +445,16 @@ def test_a_shaft_that_twists_asks_for_its_own_cam(elastic):
 def test_what_was_done_is_remembered(tmp_path):
     asked = wucht.CamPrediction(cuts=1, simulate=1, speed_points=2)
     springs = {"output_frequency": "60 Hz", "shaft_stiffness": 4e6, "cam_inertia": 0.5}
-    plan, memory = prepare(asked, drive(mean_speed=OMEGA, elastic=springs)), UnitMemory.start(tmp_path, {})
-    (first,) = run(plan, Work(memory))
+    subject, memory = drive(mean_speed=OMEGA, elastic=springs), UnitMemory.start(tmp_path, {})
+    (first,) = asked.solve(subject, asked.prepare(subject), Work(memory))
     memory.flush()
     again = UnitMemory.resume(tmp_path, {})
 
     def none_is_computed(name, compute):
         return again.unit(name, lambda: pytest.fail(f"{name} is computed again"))
 
-    work = Work(SimpleNamespace(unit=none_is_computed))
-    (second,) = run(plan, work)
-    assert second.cuts.tolist() == first.cuts.tolist()
-    assert second.confirmations[1].deviation == first.confirmations[1].deviation
-    assert asdict(second.twists) == asdict(first.twists)
-    assert [asdict(e) for e in second.vibrations.excitations] == [asdict(e) for e in first.vibrations.excitations]
+    (second,) = asked.solve(subject, asked.prepare(subject), Work(SimpleNamespace(unit=none_is_computed)))
+    assert second.to_dataset().identical(first.to_dataset())
 
 
 def write(tmp_path, *changes):
@@ -571,25 +571,3 @@ def test_a_slide_is_shown_in_millimetres():
     assert result.wucht.summary["output"]["natural_frequency"] == pytest.approx(math.sqrt(4e6 / 80))
     assert " ".join(wucht.draw(result).axes[4].get_ylabel().split()) == "deviation in the dwell (mm)"
     assert any("mm: " in line for line in wucht.report(result))
-
-
-def test_a_cut_cam_without_a_motion(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What was cut before it is kept."""
-
-    def residual_with_cam(cam: Any, _purity: Any) -> Any:
-        made.append(cam)
-        if len(made) == 3:
-            raise RunError("it stands")
-        return 0.5 / len(made), SimpleNamespace()
-
-    made = list[Any]()
-    monkeypatch.setattr(prediction_run, "CorrectedLaw", lambda law, shaft: (law, shaft))
-    plan = SimpleNamespace(
-        cuts=5,
-        purity=None,
-        motion_law=SimpleNamespace(function="law"),
-        shaft=SimpleNamespace(residual_with_cam=residual_with_cam),
-    )
-    left, failure = prediction_run._cut_residuals(plan, Work())  # type: ignore[arg-type]
-    assert left.tolist() == [0.5, 0.25] and len(made) == 3 and made[0] == "law" and made[1][0] == "law"
-    assert failure == "with cam 3, cut for the speed measured with the one before: it stands"

@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 import wucht as package
+from wucht.cams.confirmation import confirmation
 from wucht.cams.laws import Law
 from wucht.cams.prediction import CamShaft
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cli.progress import Forecast
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.results.output_folder import load_result
-from wucht.studies.cam_prediction.confirmation import confirmation
 from wucht.studies.study_file import run_file
 
 Command = Callable[..., Any]

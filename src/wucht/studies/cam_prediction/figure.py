@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from wucht.plots.cam_drawings import draw_bars_from, draw_motion, order_scale
 from wucht.plots.page import small
@@ -18,7 +15,12 @@ from wucht.plots.sheet import draw_panels, labelled_handles, legend_above
 from wucht.plots.style import BAR_STYLES, COLOURS, FREE, GREY, GUIDE
 from wucht.results.formatting import with_unit
 
-Panel = Callable[[Axes, xr.Dataset], None]
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    Panel = Callable[[Axes, xr.Dataset], None]
 _COLOURS = {"original": COLOURS[1], "corrected": COLOURS[0]}
 _RPM = 30 / math.pi
 _LOWEST = 1e-8  # of the largest order: the lower end of the axis
@@ -33,7 +35,7 @@ _DOT_MARKERS = {"original": "^", "corrected": "o"}
 _TURN = "time of a turn (°)"
 
 
-def figure(result: xr.Dataset) -> Figure:
+def draw_prediction(result: xr.Dataset) -> Figure:
     """Draw four panels; one more with a drive, two with an elastic output, one with an elastic shaft; the law fills the row."""
     panels: list[Panel] = [_speed, _spectrum, _power]
     panels += [_drive] if result.wucht.summary["driven"] == "drive" else []

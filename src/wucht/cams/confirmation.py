@@ -42,11 +42,16 @@ class Confirmation:
 
 
 def confirmation(
-    camshaft: CamShaft, cam: Law, prediction: ShaftMotion, turns: int, report: Callable[[float], None]
+    camshaft: CamShaft,
+    cam: Law,
+    prediction: ShaftMotion,
+    turns: int,
+    report: Callable[[float], None],
+    most_calls: int = _MOST_CALLS,
 ) -> Confirmation:
     """Integrate J phi'' = T - dJ/dphi phi'^2/2 with J = J0 + J1 psi'(phi)^2 over a number of turns.
 
-    report: receives the completed share, and may raise to stop.
+    report: receives the completed share, and may raise to stop. most_calls: of the right-hand side for a turn.
     """
     omega, tau = prediction.mean, np.linspace(0, _TURN * turns, _PER_TURN * turns + 1)
     begin = [float(prediction.angle(0.0)), float(prediction.speed(0.0))]
@@ -58,8 +63,8 @@ def confirmation(
     while solver.status == "running":
         fault = solver.step()
         elapsed_turns = solver.t * omega / _TURN
-        if fault or solver.nfev > _MOST_CALLS * (1 + elapsed_turns):
-            reason = fault or f"a turn takes more than {_MOST_CALLS} evaluations: the torque changes too fast with the speed"
+        if fault or solver.nfev > most_calls * (1 + elapsed_turns):
+            reason = fault or f"a turn takes more than {most_calls} evaluations: the torque changes too fast with the speed"
             return Confirmation(np.nan, no_orders, f"fails in turn {int(elapsed_turns) + 1} of {turns}: {reason}", no_orders)
         last = len(tau) if solver.status == "finished" else int(np.searchsorted(tau, solver.t * omega))
         if last > sample_count:
