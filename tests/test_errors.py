@@ -8,11 +8,11 @@ from datetime import date
 import numpy as np
 import pytest
 
+from wucht.dynamics.scenarios.order_of_error import UnmeasuredError
 from wucht.dynamics.sweeps.moving import IntegrationError
 from wucht.errors import FieldError, InputError, RunError, WuchtError, code_of, nearest
 from wucht.mechanics.trigonometric import NotTrigonometricError
 from wucht.numerics.flow.events import LegError, SlidingError
-from wucht.studies.approximation.computation import UnmeasuredError
 
 
 def fields(error: InputError) -> tuple[object, ...]:

@@ -17,8 +17,8 @@ from .numerics.orbits import periodic_orbit as periodic_orbit
 from .plots.page import JOURNAL as JOURNAL
 from .plots.page import PRINT as PRINT
 from .reports.html_report import write_report as write_report
-from .studies.activation.spec import Activation as Activation
-from .studies.approximation.spec import Approximation as Approximation
+from .studies.activation.study import Activation as Activation
+from .studies.approximation.study import Approximation as Approximation
 from .studies.basin.study import Basin as Basin
 from .studies.cam_contour.study import CamContour as CamContour
 from .studies.cam_correction.study import CamCorrection as CamCorrection

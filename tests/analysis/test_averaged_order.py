@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 from wucht.analysis.averaged_equations import FullMotion, averaged_equations_of
+from wucht.dynamics.scenarios.order_of_error import scale_epsilon
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import Evaluator
-from wucht.studies.approximation.computation import scale_epsilon
 
 PHASES = {"p1": -0.5, "p2": 0.7}
 PENDULUM = {"kind": "pendulum", "about": "drum", "inertia": 1.69e-3, "damping": 0.169}

@@ -14,7 +14,7 @@ from wucht.files.catalogue import load_document, load_equations, load_machine, m
 from wucht.plots.arranging import arrange
 from wucht.plots.page import JOURNAL, page_context
 from wucht.plots.sheet import new_figure, write_assumptions
-from wucht.studies.approximation.spec import Approximation
+from wucht.studies.approximation.study import Approximation
 from wucht.studies.assumptions import assumptions
 from wucht.studies.basin.study import Basin
 from wucht.studies.load_spectrum.load_records import Records

@@ -9,8 +9,8 @@ import pytest
 
 from wucht import Comparison, FailureDetection
 from wucht.errors import InputError
-from wucht.studies.activation.spec import Activation
-from wucht.studies.approximation.spec import Approximation
+from wucht.studies.activation.study import Activation
+from wucht.studies.approximation.study import Approximation
 from wucht.studies.basin.study import Basin
 from wucht.studies.cam_contour.study import CamContour
 from wucht.studies.cam_correction.study import CamCorrection

@@ -15,7 +15,7 @@ import pytest
 import xarray as xr
 
 from wucht.files.catalogue import load_document, load_machine
-from wucht.studies.approximation.spec import Approximation
+from wucht.studies.approximation.study import Approximation
 from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,31 +12,14 @@ import pytest
 import xarray as xr
 from tests.refusals import Refusal, refused
 
-from wucht.dynamics.run_ups.run_up import Motion, RunUpCase
-from wucht.dynamics.run_ups.run_up_models import SlowModel
+from wucht.dynamics.scenarios.order_of_error import FACTORS, Errors, UnmeasuredError, measured_errors, nominal_order
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.approximation import computation as comparison_module
-from wucht.studies.approximation import computation as order_module
-from wucht.studies.approximation import computation as run_module
-from wucht.studies.approximation.computation import (
-    CURVE,
-    FACTORS,
-    NOMINAL_VALUE,
-    Errors,
-    ModelComparison,
-    Plan,
-    UnmeasuredError,
-    changes_at,
-    errors,
-    nominal,
-    prepare,
-)
-from wucht.studies.approximation.dataset import disagreement_ranges
-from wucht.studies.approximation.spec import Approximation
-from wucht.studies.runner import draw, run
+from wucht.machines.schedules import schedules_of
+from wucht.studies.approximation.study import NOMINAL_VALUE, Approximation, changes_at
+from wucht.studies.runner import draw, report, run
 
 Study = Callable[..., Path]
 TABLE_3_1 = "drozdetskaya-2020/table-3.1-carrier"
@@ -54,7 +36,8 @@ def answer(machine: Machine, **keys: Any) -> tuple[xr.Dataset, dict[str, Any]]:
 
 
 def measured(machine: Machine, **keys: Any) -> Errors:
-    return errors(ask(**keys), machine, Work())
+    question = ask(**keys)
+    return measured_errors(machine, question.start, question.settings, question.until_phi, Work())
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +67,7 @@ SPACED = {
 @pytest.mark.parametrize(("keys", "expected"), SPACED.values(), ids=SPACED.keys())
 def test_values_of_the_range(rotor: Machine, keys: dict[str, Any], expected: list[float]) -> None:
     turning = {rotor.rotor.name: {"speed": 1.0}}  # also with no drive at all
-    own, *values = prepare(ask(along="u", start=turning, **keys), rotor).values
+    own, *values = (value for value, _ in ask(along="u", start=turning, **keys).prepare(rotor))
     assert math.isnan(own)
     assert values == pytest.approx(expected, rel=1e-12)
 
@@ -97,10 +80,10 @@ def test_defaults() -> None:
 
 def test_one_factor_of_several_parameters() -> None:
     machine = load_machine("drozdetskaya-2020/table-5.1")
-    plan = prepare(ask(along=["beta_p", "beta_r"], values=[0.5]), machine)
-    assert changes_at(machine, plan.spec.along, 0.5) == {"beta_p": 0.5, "beta_r": pytest.approx(0.05)}
-    assert changes_at(machine, plan.spec.along, NOMINAL_VALUE) == {}
-    own, half = (case.machine.values for case in plan.cases)
+    question = ask(along=["beta_p", "beta_r"], values=[0.5])
+    assert changes_at(machine, question.along, 0.5) == {"beta_p": 0.5, "beta_r": pytest.approx(0.05)}
+    assert changes_at(machine, question.along, NOMINAL_VALUE) == {}
+    own, half = (case.machine.values for _, case in question.prepare(machine))
     assert own == machine.values
     assert half == {**machine.values, "beta_p": 0.5, "beta_r": pytest.approx(0.05)}
 
@@ -141,7 +124,7 @@ def test_a_wrong_question(drum: Machine, case: str) -> None:
     """Before anything is computed."""
     keys, sentence = REFUSED[case]
     with pytest.raises(InputError, match=sentence):
-        prepare(ask(start=DRUM_START, **keys), drum)
+        ask(start=DRUM_START, **keys).prepare(drum)
 
 
 @pytest.mark.slow
@@ -160,7 +143,7 @@ def test_a_machine_with_a_schedule_is_compared_without_an_order(study: Study) ->
 def test_machines_without_slow_equations_are_refused() -> None:
     machine = load_machine("sperling-vibration/figure-7")
     with refused("machine", code="slider"):
-        prepare(ask(start={"disc": {"speed": 9.0}}), machine)
+        ask(start={"disc": {"speed": 9.0}}).prepare(machine)
 
 
 # What it finds
@@ -215,26 +198,24 @@ def test_with_a_prescribed_speed_the_bodies_are_compared() -> None:
     assert any("the amplitudes differ by" in r for r in summary["reasons"])
 
 
-def test_without_an_order_nothing_is_trusted(rotor: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Agreement at one epsilon is no proof: 002, 5.6, varies it."""
-
-    def unmeasured(_spec: Approximation, _machine: Machine, _work: Work) -> None:
-        raise UnmeasuredError("at 0.5 epsilon the full equations fail: the step became too small")
-
-    monkeypatch.setattr(run_module, "errors", unmeasured)
-    result, summary = answer(rotor)
+def test_without_an_order_nothing_is_trusted(rotor: Machine) -> None:
+    """Agreement at one epsilon is no proof: 002, 5.6, varies it. A schedule does not become slower with epsilon."""
+    steady = [{"parameter": "u", "points": [[0, 2.0], [1, 2.0]]}]
+    machine = rotor.with_fields(schedules=schedules_of(steady, rotor.parameters, rotor.parts, ""))
+    result, summary = answer(machine, until=700.0)
+    reason = "the times of schedules do not scale with epsilon"
     assert summary["trusted"] is None
-    assert summary["reasons"] == [
-        "whether the error falls with epsilon could not be measured: at 0.5 epsilon the full equations fail: the step became "
-        "too small"
-    ]
+    assert summary["reasons"] == [f"whether the error falls with epsilon could not be measured: {reason}"]
+    assert (summary["order_of_error"], summary["nominal_order"], summary["errors"]) == (None, None, None)
+    assert result.wucht.warnings == [f"the order of the error could not be measured: {reason}"]
     assert "not decided" in result.attrs["sentence"]
+    assert len(draw(result).axes) == 2
 
 
 def test_exciters_have_the_root_of_epsilon_as_their_small_parameter() -> None:
     """Nothing damps them against each other: they librate with it."""
-    assert nominal(load_machine("sperling-vibration/self-synchronisation-soft"), 1) == 0.5
-    assert nominal(load_machine(TABLE_3_1), 2) == 2.0
+    assert nominal_order(load_machine("sperling-vibration/self-synchronisation-soft"), 1) == 0.5
+    assert nominal_order(load_machine(TABLE_3_1), 2) == 2.0
 
 
 def test_too_short_to_tell(rotor: Machine) -> None:
@@ -268,12 +249,10 @@ def test_the_order_of_a_shaken_machine_and_with_a_prescribed_speed_is_positive()
     assert 0.5 < rollers.order < 2
 
 
-def test_a_long_angle_keeps_the_runs_in_proportion(rotor: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[float] = []
-    monkeypatch.setattr(order_module, "_largest_error", lambda _model, _flows, until, _work: asked.append(until) or 1.0)
-    measured(rotor, until_phi=1e4)
-    assert asked == pytest.approx([asked[0] / f for f in FACTORS])
-    assert max(asked) <= 20_000
+def test_a_long_angle_keeps_the_runs_in_proportion(rotor: Machine) -> None:
+    """The longest run, at an eighth of epsilon, is one of 20 000 rad."""
+    long, longer = (measured(rotor, until_phi=angle) for angle in (2500.0, 1e4))
+    assert long.speed.tolist() == longer.speed.tolist() != measured(rotor, until_phi=2000.0).speed.tolist()
 
 
 def test_no_order_where_the_rotor_does_not_turn_far_enough() -> None:
@@ -286,53 +265,116 @@ def test_no_order_where_the_rotor_does_not_turn_far_enough() -> None:
 # Comparisons, in words
 
 
-NOTHING = ((math.nan, math.nan), (math.nan, math.nan), np.empty((2, 0)))
+def with_epsilon(rotor: Machine, epsilon: float) -> Machine:
+    """At 0.01 of the article the models agree; their difference goes as epsilon."""
+    return rotor.with_values({"epsilon": epsilon})
 
 
-def _comparison(value: float, same: bool | None) -> ModelComparison:
-    names = {True: ("passed", "passed"), False: ("passed", "captured"), None: ("unidentified", "passed")}
-    return ModelComparison(value, *names[same], *NOTHING)
+@pytest.mark.parametrize(
+    ("epsilon", "reasons"),
+    [
+        (0.006, []), (0.0085, ["amplitudes"]), (0.01, ["amplitudes"]), (0.012, ["speeds of the rotor", "amplitudes"]),
+        (0.1, ["speeds of the rotor", "amplitudes"]),
+    ],
+)  # fmt: skip
+def test_both_sides_of_what_is_trusted(rotor: Machine, epsilon: float, reasons: list[str]) -> None:
+    """5 % of the largest speed, 25 % of the largest amplitude."""
+    result, summary = answer(with_epsilon(rotor, epsilon), until=400.0)
+    speed, amplitude = (float(result[f"relative_{of}_deviation"][-1]) for of in ("speed", "amplitude"))
+    assert (speed > 0.05, amplitude > 0.25) == ("speeds of the rotor" in reasons, "amplitudes" in reasons)
+    shares = {"speeds of the rotor": speed, "amplitudes": amplitude}
+    told = [f"the {of} differ by {100 * shares[of]:{'.0f' if shares[of] >= 0.1 else '.2g'}} % of the largest" for of in reasons]
+    apart = ["the full equations end as passed, the averaged ones as captured"] if epsilon == 0.1 else []
+    assert (summary["trusted"], summary["reasons"]) == (not reasons, apart + told)
+    start = "full and averaged equations agree" if not reasons else "full and averaged equations do not agree"
+    assert result.attrs["sentence"].startswith(start)
 
 
-REGIONS = {
-    "none": ([True, True, None], []),
-    "all": ([False, False, False], [[0, 2]]),
-    "one": ([True, False, True], [[1, 1]]),
-    "two": ([False, True, False, False], [[0, 0], [2, 3]]),
-    "parted by an unknown": ([False, None, False], [[0, 0], [2, 2]]),
-}
+@pytest.fixture(scope="module")
+def along_epsilon(rotor: Machine) -> xr.Dataset:
+    return run(ask(along="epsilon", values=[0.002, 0.05, 0.1], until=1000.0), rotor)
 
 
-@pytest.mark.parametrize(("same", "expected"), REGIONS.values(), ids=REGIONS.keys())
-def test_regions_of_disagreement(same: list[bool | None], expected: list[list[float]]) -> None:
-    assert disagreement_ranges([_comparison(float(i), s) for i, s in enumerate(same)]) == expected
+def test_values_at_which_the_models_end_differently(along_epsilon: xr.Dataset) -> None:
+    """The verdict is on the nominal values, the last ones, alone."""
+    result, s = along_epsilon, along_epsilon.wucht.summary
+    assert s["trusted"] is True
+    assert result.attrs["sentence"].endswith("; the outcomes differ at epsilon = 0.05, 0.1")
+    assert result.value.values == pytest.approx([0.002, 0.05, 0.1, math.nan], nan_ok=True)
+    assert result.same_outcome.values.tolist() == [1, 0, 0, 1]
+    assert [d["same_outcome"] for d in s["deviations"]] == [True, False, False] and s["disagreement"] == [[0.05, 0.1]]
+    assert [d["epsilon"] for d in s["deviations"]] == [0.002, 0.05, 0.1]
+    rows = [*s["deviations"], s["own"]]
+    for of in ("speed", "amplitude"):
+        assert [row[of] for row in rows] == result[f"{of}_deviation"].values.tolist()
+    assert [row["outcome"] for row in rows] == result.outcome.values.tolist() == ["captured", "passed", "passed", "captured"]
+    assert [row["slow_outcome"] for row in rows] == result.slow_outcome.values.tolist() == ["captured"] * 4
+    assert list(s["errors"].values()) == result.error.values.tolist() and result.factor.values.tolist() == list(FACTORS)
+    assert (s["along"], s["along_unit"], s["until_phi"], result.attrs["nominal"]) == ("epsilon", "", 100.0, 0.001)
+    ends = np.diff(result.angle.values)
+    assert result.angle.values[[0, -1]].tolist() == [0.0, 100.0] and ends == pytest.approx(ends[0])
 
 
-def test_what_failed_is_not_alike() -> None:
-    for outcome in ("passed", "unidentified"):
-        failed = ModelComparison(1.0, outcome, outcome, *NOTHING, "the step became too small")
-        assert failed.same_outcome is False
+def test_the_lines_of_the_report(along_epsilon: xr.Dataset) -> None:
+    s = along_epsilon.wucht.summary
+
+    def text(row: dict[str, Any]) -> str:
+        return f"speeds of the rotor differ by {row['speed']:.5g} at most, amplitudes by {row['amplitude']:.5g}; "
+
+    apart = "passed, averaged equations captured"
+    first, second, third = s["deviations"]
+    assert report(along_epsilon)[1:9] == [
+        f"verdict: {along_epsilon.attrs['sentence']}",
+        f"  this machine {text(s['own'])}both captured",
+        f"  order        the error falls with epsilon to the power {s['order_of_error']:.2f}",
+        "  along epsilon, up to 100 rad of the rotor's angle",
+        f"    0.002          {text(first)}both captured",
+        f"    0.05           {text(second)}{apart}",
+        f"    0.1            {text(third)}{apart}",
+        "  the models have different outcomes from 0.05 to 0.1",
+    ]
 
 
-def test_a_run_that_fails_is_recorded(rotor: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
-    genuine = comparison_module.run_up
+def test_a_factor_of_several_parameters_has_lines_of_its_own(rotor: Machine) -> None:
+    result, summary = answer(rotor, along=["epsilon", "sigma"], values=[50.0], until=300.0)
+    assert summary["along"] == ["epsilon", "sigma"] and summary["deviations"][0]["factor"] == 50.0
+    lines = report(result)
+    (line,) = (number for number, line in enumerate(lines) if line.startswith("  along factor of epsilon and sigma, up to"))
+    assert lines[line + 1].startswith("    50             speeds of the rotor differ by ")
+    assert result.value.attrs["long_name"] == "factor of epsilon and sigma" and result.attrs["nominal"] == 1.0
 
-    def fail_at_1(case: RunUpCase, work: Work) -> Iterator[tuple[Motion, ...]]:
-        for leg, motions in enumerate(genuine(case, work)):
-            yield motions
-            if case.machine.values["u"] == 1.0 and leg == 2:
-                failed = replace(motions[0].trajectory, failure="the step became too small")
-                yield (replace(motions[0], trajectory=failed),)
-                return
 
-    monkeypatch.setattr(comparison_module, "run_up", fail_at_1)
-    result, summary = answer(rotor, along="u", values=[1.0, 2.0], until=800.0)
-    assert summary["deviations"][0]["speed"] is None
-    assert summary["deviations"][0]["outcome"] == summary["deviations"][0]["slow_outcome"] == "failed"
-    assert summary["disagreement"] == [[1.0, 1.0]]
-    assert result.wucht.warnings == ["u = 1: the step became too small"]
-    assert not result.attrs["failure"]
-    assert result.attrs["finished"] == 1
+def test_each_line_of_the_figure(along_epsilon: xr.Dataset) -> None:
+    """The criteria are shares of the largest speed and amplitude, which are the deviations over their shares."""
+    result = along_epsilon
+    speed, amplitude, along, order = draw(result).axes
+    names = ["0.002", "0.05", "0.1", "nominal"]
+    for axis, of, share in ((speed, "speed", 0.05), (amplitude, "amplitude", 0.25)):
+        lines = axis.get_lines()
+        assert [str(x.get_label()) for x in lines[:4]] == names
+        for line, values in zip(lines, result[f"{of}_over_angle"].values, strict=False):
+            np.testing.assert_array_equal(line.get_ydata(), values)
+        limit = share * result[f"{of}_deviation"].values[-1] / result[f"relative_{of}_deviation"].values[-1]
+        assert lines[4].get_ydata()[0] == pytest.approx(limit) and axis.get_yscale() == "log"
+    points = {str(x.get_label()): x for x in along.get_lines()}
+    assert along.get_lines()[0].get_xydata() == pytest.approx(
+        np.column_stack([result.value.values[:3], result.speed_deviation.values[:3]])
+    )
+    for name, at in (("outcomes differ", [0.05, 0.1]), ("same outcome", [0.002])):
+        xs = np.asarray(points[name].get_xdata())
+        assert xs[np.isfinite(np.asarray(points[name].get_ydata(), float))].tolist() == at
+    assert (along.get_xscale(), along.get_yscale()) == ("log", "log")
+    own, nominal = order.get_lines()
+    assert own.get_ydata() == pytest.approx(result.error.values)
+    assert nominal.get_ydata() == pytest.approx(result.error.values[-1] * np.array([8.0, 4.0, 2.0, 1.0])), (
+        "through the smallest"
+    )
+
+
+def test_the_order_of_an_error_that_is_zero_is_infinite() -> None:
+    factors = np.array(FACTORS)
+    assert Errors(factors, np.array([1.0, 1.0, 1.0, 0.0]), 1.0).order == math.inf
+    assert Errors(factors, np.array([9.0, 9.0, 0.8, 0.1]), 1.0).order == pytest.approx(3.0)
 
 
 # Stopping and resuming
@@ -379,29 +421,16 @@ def test_progress_goes_from_0_to_1_in_even_parts(rotor: Machine) -> None:
 
 
 @pytest.mark.parametrize("part", [0.5, 1.5, 2.5, 3.5])
-def test_resumed_it_is_the_uninterrupted_one(
-    rotor: Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, part: float
-) -> None:
+def test_resumed_it_is_the_uninterrupted_one(rotor: Machine, tmp_path: Path, part: float) -> None:
     """To the last bit, and what was compared or measured is not computed again."""
     question = ask(along="u", values=[1.0, 2.0], until=300.0)
     run(question, rotor, folder=tmp_path, progress=stopping_in(part))
-    compared, factors = list[int](), list[float]()
-    genuine, error = run_module.compare_models, order_module._largest_error
-
-    def comparison(plan: Plan, k: int, work: Work) -> ModelComparison:
-        compared.append(k)
-        return genuine(plan, k, work)
-
-    def largest(model: SlowModel, *others: Any) -> float:
-        factors.append(model.machine.values["kappa"])
-        return error(model, *others)
-
-    monkeypatch.setattr(run_module, "compare_models", comparison)
-    monkeypatch.setattr(order_module, "_largest_error", largest)
-    result = run(question, rotor, folder=tmp_path, resume=True)
-    assert compared == list(range(int(part), 3))
+    shares = list[float]()
+    result = run(question, rotor, folder=tmp_path, resume=True, progress=lambda share, _: shares.append(COUNT * share))
+    assert not [share for share in shares if share < int(part) and not share.is_integer()]
+    assert [share for share in shares if int(part) < share < int(part) + 1], "what was interrupted is"
     # The parts of the order are as long as their runs: 1, 2, 4 and 8 of 15.
-    assert factors == ([0.125] if part == 3.5 else list(FACTORS))
+    assert part < 3 or not [share for share in shares if 3.0 < share < 3 + 7 / 15 - 1e-9]
     whole = run(question, rotor)
     assert result.wucht.summary == whole.wucht.summary
     assert list(result.variables) == list(whole.variables)
@@ -409,23 +438,6 @@ def test_resumed_it_is_the_uninterrupted_one(
         assert np.array_equal(result[name], whole[name], equal_nan=whole[name].dtype.kind == "f"), name
     assert result.attrs["finished"] == 1
     assert "interrupted" not in result.attrs["warnings"]
-
-
-def test_a_run_that_failed_is_not_run_again(rotor: Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    question = ask(along="u", values=[1.0, 2.0], until=300.0)
-    failed = ModelComparison(1.0, "failed", "failed", *NOTHING[:2], np.full((2, CURVE), np.nan), "the step became too small")
-    genuine, compared = run_module.compare_models, list[int]()
-
-    def comparison(plan: Plan, k: int, work: Work) -> ModelComparison:
-        compared.append(k)
-        return failed if k == 1 else genuine(plan, k, work)
-
-    monkeypatch.setattr(run_module, "compare_models", comparison)
-    run(question, rotor, folder=tmp_path, progress=stopping_in(2))
-    result = run(question, rotor, folder=tmp_path, resume=True)
-    assert compared == [0, 1, 2, 2]
-    assert list(result.failed.values) == ["the step became too small", "", ""]
-    assert result.attrs["finished"] == 1
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from wucht.files.catalogue import load_machine
-from wucht.studies.approximation.spec import Approximation
+from wucht.studies.approximation.study import Approximation
 from wucht.studies.runner import draw, run
 
 TABLE = "drozdetskaya-2020/table-5.1"

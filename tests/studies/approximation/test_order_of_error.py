@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from wucht.analysis.averaged_equations import AveragedEquations, averaged_equations_of
+from wucht.dynamics.scenarios.order_of_error import STRENGTH, scale_epsilon, scaled_values
 from wucht.files.catalogue import load_machine
 from wucht.machines.operation import has_damped_balancers
 from wucht.numerics.flow.program import Evaluator
-from wucht.studies.approximation.computation import STRENGTH, scale_epsilon, scaled_values
 from wucht.system import System
 
 MACHINES = (

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from wucht.plots.scales import name_speeds, printed_values
 from wucht.plots.sheet import draw_panels, legend_beside
 from wucht.plots.style import COLOURS, DASHES, FREE, GREY, line_style
 from wucht.results.formatting import label, printed_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 RIGID = "rigid"  # name of the runs in the Dataset
 _OPENING = ("switchable", "balanced")  # variants whose pendulums open

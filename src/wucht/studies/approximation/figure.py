@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.axis import Axis
-from matplotlib.figure import Figure
-from matplotlib.ticker import NullLocator
 
 from wucht.plots.sheet import labelled_handles, legend_above, legend_below, new_grid
 from wucht.plots.stability_lines import draw_classes
 from wucht.plots.style import COLOURS, GREY, line_style
 from wucht.results.formatting import label, printed_unit, with_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
 
 _SMALLEST = 1e-6  # of the largest deviation: lower limit of the scale
 _MOST_NAMED = 9
@@ -97,6 +98,8 @@ def _draw_over_parameter(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _draw_order(axis: Axes, result: xr.Dataset) -> None:
+    from matplotlib.ticker import NullLocator
+
     factor, error, summary = result.factor.values, result.error.values, result.wucht.summary
     order, nominal = summary["order_of_error"], summary["nominal_order"]
     axis.set(xlabel="factor of $\\varepsilon$", ylabel=with_unit("error of the speeds", result.error.attrs["units"]))
