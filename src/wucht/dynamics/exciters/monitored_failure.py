@@ -59,9 +59,9 @@ def measuring_windows(
 ) -> Windows:
     """Return the windows in which the speed is measured, in a run so far.
 
-    end: of it. broken: time at which the damage had reached 1. fall: by a schedule; None where the stiffness falls with the damage, and is_gradual if it does so from the beginning. after:
-    time from which the speed before the failure is measured, by default half of that time. learning: for how long, by default
-    until the fall begins.
+    end: of it. broken: time at which the damage had reached 1. fall: by a schedule; None where the stiffness falls with the
+    damage, and is_gradual if it does so from the beginning. after: time from which the speed before the failure is measured, by
+    default half of that time. learning: for how long, by default until the fall begins.
     """
     if fall is not None:
         begin, fall_end = fall.begin, fall.end
