@@ -29,7 +29,7 @@ from .studies.coast_down import CoastDown as CoastDown
 from .studies.comparison.study import Comparison as Comparison
 from .studies.drive_failure import DriveFailure as DriveFailure
 from .studies.entrainment.study import Entrainment as Entrainment
-from .studies.exciter_design.spec import ExciterDesign as ExciterDesign
+from .studies.exciter_design.study import ExciterDesign as ExciterDesign
 from .studies.failure_detection.study import FailureDetection as FailureDetection
 from .studies.load_spectrum.load_records import Records as Records
 from .studies.load_spectrum.study import LoadSpectrum as LoadSpectrum

@@ -14,7 +14,9 @@ from wucht.fatigue.cumulative_spectra import (
     EXPONENTS,
     amplitude_distance,
     amplitudes_at,
+    cycle_shares,
     shift_spectrum,
+    spectrum_form,
     standard_spectrum,
     tabulated_spectrum,
 )
@@ -100,3 +102,19 @@ def test_a_shifted_spectrum_makes_up_for_a_difference() -> None:
     # Two cycles each stand for half of all: at a quarter and three quarters of them the others differ by 3 and by 1.
     apart = of([5.0, 2.0], [0.3, 0.7]), of([2.0, 1.0], [0.3, 0.7])
     assert shift_spectrum(of([2.0, 1.0], [2.0, 2.0]), *apart).ranges.tolist() == [10.0, 4.0]
+
+
+def test_shares_of_the_cycles_are_even_and_those_of_few_cycles_by_their_logarithm() -> None:
+    shares = cycle_shares(COUNT)
+    assert shares[0] == pytest.approx(1e-6, rel=1e-12) and shares[-1] == 1.0 and (np.diff(shares) > 0).all()
+    assert np.abs(shares[:, None] - np.arange(1, 401) / 400).min(axis=0).max() < 1e-12
+    assert np.diff(shares).max() == pytest.approx(1 / 400, rel=1e-9)
+    few = shares[shares < 1 / 400]
+    assert few[1:] / few[:-1] == pytest.approx(np.full(len(few) - 1, 1e6 ** (1 / 119)), rel=1e-9)
+
+
+def test_the_form_of_a_spectrum() -> None:
+    """Of three amplitudes of 1 mm and one of 2 mm the mean is a quarter of the way."""
+    assert spectrum_form(of([1.0, 2.0], [3.0, 1.0])) == pytest.approx((2.0, 0.5, 0.25))
+    upper, ratio, fullness = spectrum_form(of([2.0], [4.0]))
+    assert (upper, ratio) == (2.0, 1.0) and math.isnan(fullness)

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from wucht import Comparison, FailureDetection
+from wucht import Comparison, ExciterDesign, FailureDetection
 from wucht.errors import InputError
 from wucht.studies.activation.study import Activation
 from wucht.studies.approximation.study import Approximation
@@ -19,7 +19,6 @@ from wucht.studies.cam_prediction.study import CamPrediction
 from wucht.studies.capture_probability.study import CaptureProbability
 from wucht.studies.coast_down import CoastDown
 from wucht.studies.entrainment.study import Entrainment
-from wucht.studies.exciter_design.spec import ExciterDesign
 from wucht.studies.load_spectrum.study import LoadSpectrum
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.orbit_branch.study import OrbitBranch

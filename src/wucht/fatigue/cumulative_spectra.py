@@ -10,6 +10,7 @@ from wucht.fatigue.counted_cycles import LoadCycles
 
 # Amplitude over cumulative cycles: S/S_max = (1 - ln H/ln H_0)^(1/exponent), so that H = H_0^(1 - (S/S_max)^exponent).
 EXPONENTS = {"constant": math.inf, "normal": 2.0, "straight-line": 1.0}
+_SHARES, _FEW = 400, 120  # of the cycles, at which amplitudes are given; and a few more, evenly by their logarithm
 _PARTS, _DECADES_IN = 1000, 20  # of the cycles, by their share; and of each decade of few cycles
 
 
@@ -83,6 +84,19 @@ def amplitudes_at(cycles: LoadCycles, shares: np.ndarray) -> np.ndarray:
     cumulative_shares = np.cumsum(cycles.counts[order]) / cycles.total
     at = np.minimum(np.searchsorted(cumulative_shares, shares, side="left"), len(order) - 1)
     return np.asarray(cycles.ranges[order][at] / 2)
+
+
+def cycle_shares(total: float) -> np.ndarray:
+    """Return the shares (n,) of a number of cycles at which amplitudes are given, from one cycle to all of them."""
+    few = np.geomspace(1 / total, 1.0, _FEW)
+    return np.unique(np.concatenate([few, np.linspace(0.0, 1.0, _SHARES + 1)[1:]]))
+
+
+def spectrum_form(cycles: LoadCycles) -> tuple[float, float, float]:
+    """Return largest amplitude, smallest over largest, and the position of the mean between (nan if they coincide)."""
+    low, high = float(cycles.ranges.min()) / 2, cycles.largest / 2
+    mean = float(np.average(cycles.ranges, weights=cycles.counts)) / 2
+    return high, low / high, (mean - low) / (high - low) if high > low else np.nan
 
 
 def shift_spectrum(cycles: LoadCycles, target: LoadCycles, reference: LoadCycles) -> LoadCycles:

@@ -11,13 +11,9 @@ import numpy as np
 import pytest
 
 import wucht
-from wucht.dynamics.exciters.design_trials import CheckedCandidate
-from wucht.dynamics.exciters.slow_beats import Beat, Rig
+from wucht.dynamics.exciters.slow_beats import Rig
 from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.fatigue.cumulative_spectra import amplitude_distance
-from wucht.studies.exciter_design.computation import Findings, prepare
-from wucht.studies.exciter_design.dataset import dataset
-from wucht.studies.exciter_design.spec import ExciterDesign
 from wucht.studies.study_file import run_file
 
 Command = Callable[..., Any]
@@ -62,7 +58,7 @@ def test_known_parameters_are_found_from_a_spectrum_of_the_averaged_equations(ma
     Where a local search begins does not matter: the three end where the machine was.
     """
     known = Rig("displacement", None, {}, True, 1e-9).beat(machine.with_values(KNOWN))
-    asked = ExciterDesign(
+    asked = wucht.ExciterDesign(
         target=table_of(known.cycles), vary=RANGES, seed=seed, reach=48, evaluations=64, corrections=0, samples=0
     )
     summary = wucht.run(asked, machine).wucht.summary
@@ -78,7 +74,7 @@ def test_known_parameters_are_found_from_a_spectrum_of_the_averaged_equations(ma
 def test_known_parameters_are_found_from_a_spectrum_of_the_full_equations(machine: wucht.Machine, seed: int) -> None:
     """The averaged equations alone miss them by 1 % and 2.5 %; corrected they are met, and so is a run of another length."""
     target = in_full(machine, KNOWN, 20.0, 150.0)
-    asked = ExciterDesign(
+    asked = wucht.ExciterDesign(
         target=table_of(target), vary=RANGES, seed=seed, reach=32, evaluations=48, population=8, candidates=1, polish=80,
         corrections=4, samples=0, beats=60,
     )  # fmt: skip
@@ -117,7 +113,7 @@ def test_the_catalogue_file_gives_its_numbers() -> None:
 @pytest.mark.slow
 def test_more_cannot_be_reached_than_the_exciter_has(machine: wucht.Machine) -> None:
     """A constant amplitude is none that beats: the nearest exciter hardly does."""
-    asked = ExciterDesign(
+    asked = wucht.ExciterDesign(
         target={"shape": "constant", "largest": "1.2 mm", "cycles": 1e5}, vary=RANGES, candidates=1, samples=0, corrections=0
     )
     s = wucht.run(asked, machine).wucht.summary
@@ -145,7 +141,7 @@ def test_its_template_runs_and_is_drawn_again(here: Path, wucht: Command) -> Non
 
 @pytest.mark.slow
 def test_stopped_and_resumed(tmp_path: Path, machine: wucht.Machine) -> None:
-    spec = ExciterDesign(target={"shape": "normal", "largest": "2 mm", "cycles": 1e6, "ratio": 0.4}, vary=RANGES, **TINY)
+    spec = wucht.ExciterDesign(target={"shape": "normal", "largest": "2 mm", "cycles": 1e6, "ratio": 0.4}, vary=RANGES, **TINY)
     whole = wucht.run(spec, machine)
 
     def stop(share: float, what: str) -> None:
@@ -164,7 +160,7 @@ def test_stopped_and_resumed(tmp_path: Path, machine: wucht.Machine) -> None:
 
 def test_where_nothing_beats_it_says_so(machine: wucht.Machine) -> None:
     """Beyond 3.06e-3 N m s the motor passes the resonance."""
-    spec = ExciterDesign(
+    spec = wucht.ExciterDesign(
         target=[["1 mm", 1e5], ["2 mm", 1e3]], vary={"drive.slope": [4e-3, 8e-3]}, **(TINY | {"reach": 4, "evaluations": 4})
     )
     result = wucht.run(spec, machine)
@@ -176,29 +172,3 @@ def test_where_nothing_beats_it_says_so(machine: wucht.Machine) -> None:
     assert any("no candidate beats: 8 steady" in w for w in result.wucht.warnings)
     assert "verdict: none of the candidates beats" in wucht.report(result)
     wucht.draw(result)
-
-
-def test_amplitudes_are_given_at_each_quarter_of_a_percent_of_the_cycles_and_down_to_one(machine: wucht.Machine) -> None:
-    """A run of 50 cycles with 2 mm and 150 with 1 mm: a quarter of them reaches 2 mm. The target has 1e6 cycles."""
-    plan = prepare(ExciterDesign(target=[["1 mm", 1e6], ["2 mm", 1e3]], vary=RANGES), machine)
-    beat = Beat("modulated", 0.0, 10.0, np.linspace(0.5, 9.5, 10), np.linspace(1e-3, 2e-3, 10), np.full(10, 4.0))
-    counted = np.array([2e-3, 4e-3]), np.array([150.0, 50.0])
-    design = CheckedCandidate(plan.numbers, beat, *counted, np.full(3, 0.1), 50.0, "captured-modulated", True, "")
-    result = dataset(plan, Findings(full_runs=(design,), complete=True))
-    shares, amplitudes = result.share.values, result.amplitude_full.values
-    assert shares[0] == pytest.approx(1e-6, rel=1e-12) and shares[-1] == 1.0
-    assert np.abs(shares[:, None] - np.arange(1, 401) / 400).min(axis=0).max() < 1e-12
-    assert (np.diff(shares) > 0).all() and np.diff(shares).max() == pytest.approx(1 / 400, rel=1e-9)
-    beside = np.abs(shares - 0.25) > 1e-9
-    assert amplitudes[beside] == pytest.approx(np.where(shares < 0.25, 2e-3, 1e-3)[beside], rel=1e-12)
-
-
-def test_how_long_the_cycles_of_the_target_take(machine: wucht.Machine) -> None:
-    """A run of 50 s has 200 cycles, four a second."""
-    plan = prepare(ExciterDesign(target=[["1 mm", 1e6], ["2 mm", 1e3]], vary=RANGES), machine)
-    beat = Beat("modulated", 0.0, 10.0, np.linspace(0.5, 9.5, 10), np.linspace(1e-3, 2e-3, 10), np.full(10, 4.0))
-    counted = np.array([2e-3, 4e-3]), np.array([150.0, 50.0])
-    design = CheckedCandidate(plan.numbers, beat, *counted, np.full(3, 0.1), 50.0, "captured-modulated", True, "")
-    s = dataset(plan, Findings(full_runs=(design,), complete=True)).wucht.summary
-    assert s["duration"] == pytest.approx(s["target"]["cycles"] / 4)
-    assert (s["beat"], s["cycles_per_beat"]) == (10.0, pytest.approx(40.0))

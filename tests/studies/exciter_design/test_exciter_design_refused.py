@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from tests import refusals
 
-from wucht.studies.exciter_design.computation import prepare
-from wucht.studies.study_file import read_study
+import wucht
+from wucht.studies.study_file import read_study, run_file
 
 FILE = """\
 [machine]
@@ -68,7 +68,7 @@ def test_a_file_of_the_target_is_read_beside_the_study_file(refused: Callable[..
     refused("run", "design.toml", says=("design.toml", "study.target.file", "do not increase"))
     with refusals.refused("study.target.file", given="target.csv", code="not-allowed"):
         read = read_study("design.toml")
-        prepare(read.spec, read.subject.machine)
+        wucht.run(read.spec, read.subject.machine)
     Path("target.csv").write_text("amplitude [N], cycles\n1, 1e5\n2, 2e4\n", encoding="utf-8")
     refused("run", "design.toml", says=("design.toml", "study.target.file", "this one is a force"))
 
@@ -85,7 +85,11 @@ def test_a_cycle_is_one_and_no_angle(here: Path, target: str) -> None:
     """In the words of units a cycle is 2 pi; in a table as in its heading it counts."""
     Path("design.toml").write_text(FILE.replace(TARGET, target), encoding="utf-8")
     Path("target.csv").write_text("amplitude [mm], cycles\n1, 1e5\n2, 2e4\n", encoding="utf-8")
-    read = read_study("design.toml")
-    plan = prepare(read.spec, read.subject)
-    assert plan.target.total == pytest.approx(1e5)
-    assert plan.target.largest == pytest.approx(4e-3)
+    nothing_beats = {
+        "study.vary": {"drive.slope": [4e-3, 8e-3]},
+        "study.evaluations": 4,
+        "study.population": 4,
+        "study.reach": 4,
+    }
+    form = run_file("design.toml", nothing_beats).wucht.summary["target"]
+    assert (form["cycles"], form["upper"]) == (pytest.approx(1e5), pytest.approx(2e-3))

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import wucht
-from wucht.studies.exciter_design.spec import ExciterDesign
 from wucht.studies.load_spectrum.study import LoadSpectrum
 
 SMALL: dict[str, Any] = {
@@ -22,7 +21,7 @@ def spectrum(path: str, value: float) -> list[list[float]]:
     """Amplitudes and cumulative cycles of the exciter with a value, over 120 s from its mean speed, in a hundred rows."""
     machine = wucht.load_machine("practice/exciter").with_values({path: value})
     start = {name: {"speed": 147.0} for name in ("rotor", "p1")}
-    result = wucht.run(LoadSpectrum(signal="displacement", direction="x", until=120.0, start=start), machine)
+    result = wucht.run(wucht.LoadSpectrum(signal="displacement", direction="x", until=120.0, start=start), machine)
     order = np.argsort(result["range"].values)[::-1]
     amplitudes, counts = result["range"].values[order] / 2, np.cumsum(result["count"].values[order])
     shares = np.linspace(0.002, 0.998, 100)
@@ -34,7 +33,7 @@ def is_the_known_design(path: str, seed: int) -> None:
     """To 4 % of the value, two steps to its neighbours, whose distances differ less than those of two records; and no
     neighbour that is shown is nearer to the target."""
     known = KNOWN[path]
-    question = ExciterDesign(target=spectrum(path, known), vary={path: [known / 2, 2 * known]}, seed=seed, **SMALL)
+    question = wucht.ExciterDesign(target=spectrum(path, known), vary={path: [known / 2, 2 * known]}, seed=seed, **SMALL)
     s = wucht.run(question, wucht.load_machine("practice/exciter")).wucht.summary
     assert s["distance"] <= min(r["distance"] for r in s["compared"] if r["distance"] is not None)
     assert sum(r["what"] == "neighbour" for r in s["compared"]) >= 2

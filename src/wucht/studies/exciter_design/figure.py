@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from wucht.plots.scales import decades_about, plain_decades
 from wucht.plots.sheet import colour_bar, draw_panels
 from wucht.plots.style import COLOURS, GUIDE, line_style
 from wucht.results.formatting import abscissa_label, printed_unit, with_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _TICKS = 5
 _FULLNESS = "fullness: mean amplitude, 0 as\nthe smallest, 1 as the largest"
