@@ -28,7 +28,7 @@ from wucht.studies.phase_portrait.spec import PhasePortrait
 from wucht.studies.response.study import Response
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.speed_curve.study import SpeedCurve
-from wucht.studies.stability_map.spec import StabilityMap
+from wucht.studies.stability_map.study import StabilityMap
 from wucht.studies.sweep.study import Sweep
 from wucht.studies.synchronous_states.spec import SynchronousStates
 from wucht.studies.torque_balance import TorqueBalance
