@@ -44,7 +44,7 @@ from .studies.runner import load as load
 from .studies.runner import report as report
 from .studies.runner import run as run
 from .studies.speed_curve.study import SpeedCurve as SpeedCurve
-from .studies.stability_map.spec import StabilityMap as StabilityMap
+from .studies.stability_map.study import StabilityMap as StabilityMap
 from .studies.start_stop import StartStop as StartStop
 from .studies.study_file import compare as compare
 from .studies.study_file import run_file as run_file

@@ -26,7 +26,7 @@ from wucht.studies.phase_portrait.study import PhasePortrait
 from wucht.studies.response.study import Response
 from wucht.studies.run_up.study import RunUp
 from wucht.studies.speed_curve.study import SpeedCurve
-from wucht.studies.stability_map.spec import StabilityMap
+from wucht.studies.stability_map.study import StabilityMap
 from wucht.studies.sweep.study import Sweep
 from wucht.studies.synchronous_states.study import SynchronousStates
 from wucht.studies.torque_balance import TorqueBalance

@@ -33,7 +33,7 @@ from wucht.numerics.flow.integration import integrate
 from wucht.numerics.recurrence import is_at_rest
 from wucht.studies.runner import run
 from wucht.studies.stability_map.computation import EndingPlan, prepare
-from wucht.studies.stability_map.spec import StabilityMap
+from wucht.studies.stability_map.study import StabilityMap
 from wucht.studies.study_file import read_study
 
 DOUBLE = (0.3863518, 0.06728885, 3.6873885)  # beta_r, sigma, u where the three regions meet

@@ -18,7 +18,7 @@ from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, report, run
 from wucht.studies.stability_map.computation import state_label
 from wucht.studies.stability_map.map_parts import curves_by_name
-from wucht.studies.stability_map.spec import StabilityMap
+from wucht.studies.stability_map.study import StabilityMap
 from wucht.system import System
 
 X, Y, P, R = sp.symbols("x y p r", real=True)

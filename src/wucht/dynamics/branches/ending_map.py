@@ -14,7 +14,7 @@ from wucht.dynamics.branches.ending_curves import RETURNS, ParameterPlane, curve
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion
 from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding, ending_at
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
-from wucht.dynamics.branches.plane_regions import PlaneCurve, PlanePoint, cell_centres, divide_plane
+from wucht.dynamics.branches.plane_regions import Bounds, PlaneCurve, PlanePoint, cell_centres, divide_plane
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.parameters import with_parameters
 from wucht.dynamics.work import Work, with_result
@@ -53,6 +53,11 @@ class EndingMapCase:
         motion = ModulatedMotion.of(subject, third, plane.bounds[0], orbits, steady_states)
         motion.refuse_idle({"along": along, "second": second, "eliminate": third})
         return cls(plane, motion, cells, steady_states.labels.warnings)
+
+    @property
+    def bounds(self) -> Bounds:
+        """Bounds of both parameters of the plane."""
+        return self.plane.bounds[1], self.plane.bounds[2]
 
     @property
     def centres(self) -> list[tuple[float, float]]:

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import textwrap
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from wucht.plots.page import current_page, small
 from wucht.plots.scales import parameter_label
@@ -16,6 +13,11 @@ from wucht.plots.sheet import LETTER, legend_beside, new_figure
 from wucht.plots.stability_lines import draw_region, field
 from wucht.plots.style import COLOURS, GREY
 from wucht.results.attributes import number_in, text_in
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _TONES = ("#FFFFFF", "#F3D9C0", "#8FB8D6", "#BFDDD0", "#DDDDDD")  # of decreasing lightness: white, 0.87, 0.70; not decided
 _ORBITS = ("modulated motion", "periodic orbit")  # beginnings of the names of their boundaries
@@ -27,7 +29,7 @@ _LABEL_SHARE = 0.036  # of the plane: least size of a region for its name
 _LABEL_WIDTH, _WIDTH_SHARE = 20, 0.48  # characters of a region's name in a line at most; of the page: width of the plane
 
 
-def figure(result: xr.Dataset) -> Figure:
+def map_figure(result: xr.Dataset) -> Figure:
     """Draw the plane of both parameters, from a stability map's Dataset alone."""
     fig, (axis,) = new_figure(1, result.attrs["title"], result.attrs["sentence"], _HEIGHT)
     axis.grid(visible=False)
