@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import brentq, fsolve
+from wucht.studies.stability_map.computation import EndingPlan, prepare
 
 from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.sections import section_of
@@ -32,7 +33,6 @@ from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.recurrence import is_at_rest
 from wucht.studies.runner import run
-from wucht.studies.stability_map.computation import EndingPlan, prepare
 from wucht.studies.stability_map.study import StabilityMap
 from wucht.studies.study_file import read_study
 

@@ -15,9 +15,6 @@ from interrupting import assert_same, stop_at, stopped_often
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
-from wucht.numerics.observers.turns import LargestTurn
-from wucht.studies.activation import computation
-from wucht.studies.activation.figure import _peaks
 from wucht.studies.activation.study import Activation
 from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, load, report

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import wucht
-from wucht.studies.load_spectrum.study import LoadSpectrum
 
 SMALL: dict[str, Any] = {
     "signal": "displacement", "direction": "x", "reach": 8, "evaluations": 16, "population": 8, "candidates": 2, "polish": 24,

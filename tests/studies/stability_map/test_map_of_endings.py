@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from wucht.studies.stability_map.computation import EndingPlan
+from wucht.studies.stability_map.map_parts import MapParts
 
 from wucht.dynamics.branches import orbit_endings
 from wucht.dynamics.branches.ending_curves import RETURNS, ParameterPlane, curves_between
@@ -15,8 +17,6 @@ from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding
 from wucht.dynamics.branches.plane_regions import PlaneCurve
 from wucht.errors import RunError
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
-from wucht.studies.stability_map.computation import EndingPlan
-from wucht.studies.stability_map.map_parts import MapParts
 
 PLANE = ParameterPlane(("p", "x", "y"), ((0.1, 0.2), (10.0, 20.0), (-2.0, 2.0)))
 LINE = PlaneCurve(RETURNS, np.full(41, 15.0), np.linspace(-2.0, 2.0, 41), np.full(41, 0.15))

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 import sympy as sp
 from tests.refusals import Refusal, refused
+from wucht.studies.stability_map.computation import state_label
+from wucht.studies.stability_map.map_parts import curves_by_name
 
 import wucht
 from wucht.dynamics.branches.plane_regions import PlaneCurve
@@ -16,8 +18,6 @@ from wucht.files.building import machine_from
 from wucht.numerics.continuation.fold_curves import FoldPairs
 from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, report, run
-from wucht.studies.stability_map.computation import state_label
-from wucht.studies.stability_map.map_parts import curves_by_name
 from wucht.studies.stability_map.study import StabilityMap
 from wucht.system import System
 

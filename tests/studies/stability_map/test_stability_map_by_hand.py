@@ -14,6 +14,8 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from tests.hand_made import drawn, five_functions, titled, warnings_of
 from tests.refusals import refused
+from wucht.studies.stability_map.map_parts import plane_shares
+from wucht.studies.stability_map.spec import StabilityMap
 
 from wucht.dynamics.branches.ending_curves import RETURNS
 from wucht.dynamics.branches.ending_map import EndingFindings, EndingMapCase
@@ -28,8 +30,6 @@ from wucht.dynamics.work import Work
 from wucht.files.user_system import UserSystem
 from wucht.numerics.periodic.branch_ends import RANGE, SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 from wucht.studies.stability_map import figure as map_figure
-from wucht.studies.stability_map.map_parts import plane_shares
-from wucht.studies.stability_map.spec import StabilityMap
 from wucht.system import System
 
 STUDY = five_functions("stability-map")

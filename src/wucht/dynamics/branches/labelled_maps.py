@@ -77,7 +77,8 @@ class LabelledMap:
     everywhere: names of states that are stable in all of them.
 
     contradictions: places that no line separates from others of another kind. omissions: sentences on missing parts. runs:
-    number of checking runs. searches: number of places at which all motions were sought. complete: True if nothing is left to do.
+    number of checking runs. searches: number of places at which all motions were sought. complete: True if nothing is left
+    to do.
     """
 
     lines: Mapping[str, PlaneCurve]
@@ -131,7 +132,7 @@ def map_of_states(case: StateMapCase, findings: StateFindings, motion: str = MOD
     kinds, contradictions = kinds_by_region(areas, keys)
     areas, kinds = divided_by_places(areas, kinds, keys, cell_size(case.bounds, case.cells))
     includes_orbits = case.motion is not None
-    labels_of = {key: _state_label(*motion, includes_orbits, motion) for key, motion in motions.items()}
+    labels_of = {key: _state_label(names, level, includes_orbits, motion) for key, (names, level) in motions.items()}
     hatched_sets = sorted({tuple(names) for names, _ in motions.values() if names})
     hatches = {key: 1 + hatched_sets.index(tuple(names)) for key, (names, _) in motions.items() if names}
     lines = [
