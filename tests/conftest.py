@@ -202,13 +202,12 @@ def coarse_angles() -> Iterator[None]:
     is cut away is most of their work. The angles themselves are tested with the cams."""
     import numpy as np
 
-    from wucht.cams import contact, shape, undercut
+    from wucht.cams import contact, contact_history, shape, undercut
     from wucht.cams.followers import flat_faced
     from wucht.numerics import angles
-    from wucht.studies.cam_contour import contact_load
 
     with pytest.MonkeyPatch.context() as patch:
-        for module in (contact, shape, undercut, flat_faced, angles, contact_load):
+        for module in (contact, contact_history, shape, undercut, flat_faced, angles):
             patch.setattr(module, "GRID", angles.TURN * np.arange(512) / 512)
             if hasattr(module, "STEP"):
                 patch.setattr(module, "STEP", angles.TURN / 512)

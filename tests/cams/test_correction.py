@@ -9,16 +9,22 @@ from tests.refusals import refused
 
 from wucht.cams.correction import (
     CorrectedLaw,
+    LeftOut,
     MotionOverTime,
     Purity,
+    Residual,
     compare_with_measurement,
+    left_out_orders,
     orders,
+    residual_of_errors,
     residual_of_extra_order,
     residuals,
     share_above_order,
 )
 from wucht.cams.laws.synthesis import equiripple
 from wucht.cams.shaft_motion import ShaftMotion
+from wucht.measurements.order_checks import OmittedOrder
+from wucht.measurements.order_fit import OrderFit
 from wucht.numerics.fourier_series import FourierSeries
 
 OMEGA = 500 * math.pi / 30
@@ -221,3 +227,29 @@ class StandardLaw:
     def __call__(self, phi, order=0):
         assert order == 2
         return np.where(np.mod(phi, 2 * np.pi) < np.pi / 2, 1.0, -1 / 3)
+
+
+def fitted(*omitted):
+    """A fit of orders 2 and 4, whose amplitudes are 5 and 1 with errors of 0.3 and 0.4 in any phase."""
+    speed = FourierSeries.of(OMEGA, [0.0, 3.0, 0.0, 1.0], [0.0, 4.0, 0.0, 0.0])
+    covariance = np.diag(np.array([0.5, 0.1, 0.2, 0.3, 0.4]) ** 2)
+    return OrderFit("record", (2, 4), speed, covariance, 0.25, 0.0, 7.5, 6000, "rad/s", 4.0, 0.05, omitted, ())
+
+
+def test_the_residual_of_errors_is_the_root_of_squares():
+    """That of an order times its error over its amplitude: 0.5 times 0.3/5 and 0.2 times 0.4/1."""
+    given = (Residual("order 2 left out", 0.5), Residual("order 4 left out", 0.2), Residual("off by 1°", 9.0))
+    assert residual_of_errors(fitted(), given) == pytest.approx(math.hypot(0.5 * 0.3 / 5, 0.2 * 0.4))
+    assert residual_of_errors(fitted(), given[:1]) == pytest.approx(0.5 * 0.3 / 5)
+
+
+def test_which_orders_of_a_record_are_examined():
+    """Six of the largest, if above three standard errors; those that leave a ten-thousandth or less do not matter."""
+    omitted = [OmittedOrder(k, 0.1 * k, 0.0333 * k if k == 10 else 0.0334 * k if k == 11 else 0.01, 0.0) for k in range(3, 12)]
+    found = left_out_orders(fitted(*omitted), LAW, 5, shaft())
+    assert [one.order for one in found] == [10, 9, 8, 7, 6, 5]
+    assert found[0] == LeftOut(10, 1.0, pytest.approx(0.333), residual_of_extra_order(LAW, 5, shaft(), 10, 1.0))
+    small = 0.01 * 1e-4 / residual_of_extra_order(LAW, 5, shaft(), 3, 0.01)  # rad/s
+    counted = [len(left_out_orders(fitted(OmittedOrder(3, by * small, 1e-9, 0.0)), LAW, 5, shaft())) for by in (1.02, 0.98)]
+    assert counted == [1, 0]
+    assert left_out_orders(None, LAW, 5, shaft()) == ()

@@ -17,8 +17,8 @@ from wucht.plots.sheet import new_figure, write_assumptions
 from wucht.studies.approximation.spec import Approximation
 from wucht.studies.assumptions import assumptions
 from wucht.studies.basin.study import Basin
-from wucht.studies.load_spectrum.computation import Records
-from wucht.studies.load_spectrum.spec import LoadSpectrum
+from wucht.studies.load_spectrum.load_records import Records
+from wucht.studies.load_spectrum.study import LoadSpectrum
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.registry import studies
 from wucht.studies.response.study import Response

@@ -7,23 +7,22 @@ from typing import Any
 
 import pytest
 
-from wucht import Comparison
+from wucht import Comparison, FailureDetection
 from wucht.errors import InputError
 from wucht.studies.activation.spec import Activation
 from wucht.studies.approximation.spec import Approximation
 from wucht.studies.basin.study import Basin
-from wucht.studies.cam_contour.spec import CamContour
-from wucht.studies.cam_correction.spec import CamCorrection
+from wucht.studies.cam_contour.study import CamContour
+from wucht.studies.cam_correction.study import CamCorrection
 from wucht.studies.cam_law import CamLaw
 from wucht.studies.cam_prediction.spec import CamPrediction
 from wucht.studies.capture_probability.study import CaptureProbability
 from wucht.studies.coast_down import CoastDown
-from wucht.studies.entrainment.spec import Entrainment
+from wucht.studies.entrainment.study import Entrainment
 from wucht.studies.exciter_design.spec import ExciterDesign
-from wucht.studies.failure_detection.spec import FailureDetection
-from wucht.studies.load_spectrum.spec import LoadSpectrum
+from wucht.studies.load_spectrum.study import LoadSpectrum
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
-from wucht.studies.orbit_branch.spec import OrbitBranch
+from wucht.studies.orbit_branch.study import OrbitBranch
 from wucht.studies.phase_portrait.spec import PhasePortrait
 from wucht.studies.response.study import Response
 from wucht.studies.run_up.spec import RunUp

@@ -17,9 +17,8 @@ from wucht.machines.machine import Machine
 from wucht.studies import resource_limits as room
 from wucht.studies import runner
 from wucht.studies.coast_down import CoastDown
-from wucht.studies.entrainment.computation import prepare as prepare_entrainment
-from wucht.studies.entrainment.spec import Entrainment
-from wucht.studies.load_spectrum.spec import LoadSpectrum
+from wucht.studies.entrainment.study import Entrainment
+from wucht.studies.load_spectrum.study import LoadSpectrum
 from wucht.studies.run_up.computation import numbers, prepare
 from wucht.studies.run_up.spec import RunUp
 from wucht.studies.runner import run
@@ -85,7 +84,7 @@ def test_what_does_not_fit_after_all_is_a_sentence(tmp_path: Path) -> None:
 
 def test_a_run_of_entrainment_is_stored_in_bounded_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     def end() -> runs.RunFromStart:
-        plan = prepare_entrainment(Entrainment(until=3000.0), load_machine(BAND))
+        plan = Entrainment(until=3000.0).prepare(load_machine(BAND))
         return runs.RunsFromStart(plan)(plan.parameter.nominal_value, lambda _: None)
 
     whole = end()

@@ -15,12 +15,12 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.branches.orbit_branches import StoredOrbit
-from wucht.dynamics.branches.orbit_diagram import OrbitFindings
+from wucht.dynamics.branches.orbit_diagram import OrbitFindings, follow_orbits
+from wucht.dynamics.branches.orbit_problem import OrbitProblem
 from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_document, names
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
-from wucht.studies.orbit_branch.computation import Plan, prepare, run
 from wucht.studies.study_file import read_study
 
 pytestmark = pytest.mark.slow
@@ -33,17 +33,17 @@ FILES = [name for name in names() if load_document(name)[0].get("study", {}).get
 
 
 @cache
-def branches(name: str) -> tuple[Plan, OrbitFindings]:
+def branches(name: str) -> tuple[OrbitProblem, OrbitFindings]:
     study = read_study(name)
-    plan = prepare(study.spec, study.subject)  # type: ignore[arg-type]
-    *_, findings = run(plan, Work())
-    return plan, findings
+    _, case = study.spec.prepare(study.subject)
+    *_, findings = follow_orbits(case, Work())
+    return case.problem, findings
 
 
-def gap(plan: Plan, orbit: StoredOrbit, growth: float) -> float:
+def gap(problem: OrbitProblem, orbit: StoredOrbit, growth: float) -> float:
     """By how much the legs of an orbit miss the next place, in terms of the extents of its states. growth: the fastest rate."""
-    system = plan.problem.system
-    parameters = system.values({**plan.problem.values, plan.along.path: orbit.value})
+    system = problem.system
+    parameters = system.values({**problem.values, problem.path: orbit.value})
     compiled = compile_system(system, 1e-13)
     parts = [max(1, int(np.ceil((b - a) * orbit.period * growth))) for a, b in pairwise(orbit.mesh.edges)]
     inner = [np.linspace(a, b, k, endpoint=False) for (a, b), k in zip(pairwise(orbit.mesh.edges), parts, strict=True)]
@@ -60,35 +60,35 @@ def extents(orbit: StoredOrbit) -> np.ndarray:
     return np.maximum(np.ptp(orbit.states, axis=0), 1e-3)
 
 
-def distance(plan: Plan, orbit: StoredOrbit, equilibrium: np.ndarray) -> float:
+def distance(problem: OrbitProblem, orbit: StoredOrbit, equilibrium: np.ndarray) -> float:
     """From the nearest place of an orbit, angles but for whole turns."""
     tau = np.unique(np.concatenate([np.linspace(a, b, 400) for a, b in pairwise(orbit.mesh.edges)]))
     away = orbit.mesh.interpolate(orbit.states, tau) - equilibrium
-    away -= np.where(plan.problem.turning, 2 * np.pi * np.round(away / (2 * np.pi)), 0.0)
+    away -= np.where(problem.turning, 2 * np.pi * np.round(away / (2 * np.pi)), 0.0)
     return float(np.linalg.norm(away / extents(orbit), axis=1).min())
 
 
 @pytest.mark.parametrize("name", FILES)
 def test_ends_are_those_of_orbits_that_integration_confirms(name: str) -> None:
-    plan, findings = branches(name)
+    problem, findings = branches(name)
     for part in (p for b in findings.branches for p in b.parts):
         end, last = part.end, [o for o in part.stored_orbits if not o.kind][-1]
         before = [o for o in part.stored_orbits if not o.kind and o.period < last.period / 1.3]
         assert end.kind in {"saddle-node-on-orbit", "saddle-connection", "range"}, end.sentence
         rates = np.sort(end.eigenvalues.real) if len(end.eigenvalues) else np.ones(1)
-        assert gap(plan, last, float(np.abs(rates).max())) < CLOSES
+        assert gap(problem, last, float(np.abs(rates).max())) < CLOSES
         if end.kind == "range":
-            assert end.parameter in plan.bounds
+            assert end.parameter in problem.bounds
             continue
-        nearest, earlier = (distance(plan, orbit, end.equilibrium) for orbit in (last, before[-1]))
+        nearest, earlier = (distance(problem, orbit, end.equilibrium) for orbit in (last, before[-1]))
         if end.kind == "saddle-connection":
             assert rates[0] < 0 < rates[-1]
             assert nearest < min(NEAR, max(earlier, ROUNDING))
         else:
             assert np.abs(rates).min() < 1e-6 * np.abs(rates).max()
             assert nearest / earlier == pytest.approx((before[-1].period / last.period) ** 2, rel=0.25)
-        system = plan.problem.system
-        parameters = system.values({**plan.problem.values, plan.along.path: end.parameter})
+        system = problem.system
+        parameters = system.values({**problem.values, problem.path: end.parameter})
         time = 0.1 / max(rates[-1], 1e-3 * np.abs(rates).max())
         there = integrate(compile_system(system, 1e-13), end.equilibrium, parameters, np.array([0.0, time])).states[:, -1]
         assert (np.abs(there - end.equilibrium) / extents(last)).max() < STAYS

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from wucht.files.catalogue import load_machine
-from wucht.studies.orbit_branch.spec import OrbitBranch
+from wucht.studies.orbit_branch.study import OrbitBranch
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
 

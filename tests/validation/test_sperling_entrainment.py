@@ -16,7 +16,7 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of
-from wucht.studies.entrainment.spec import Entrainment
+from wucht.studies.entrainment.study import Entrainment
 from wucht.studies.runner import run
 
 FREQUENCY = 2 * math.pi

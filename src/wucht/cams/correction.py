@@ -7,7 +7,7 @@ cam angle; on any other the cam for it has the same motion over the angle that t
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,6 +18,7 @@ from wucht.cams.laws import Law
 from wucht.cams.linkages.closure import composed_derivative
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.errors import InputError
+from wucht.measurements.order_fit import OrderFit
 from wucht.numerics.fourier_series import FourierSeries, even_angles
 
 _SAMPLES = 2048  # of a turn: orders up to a quarter of that are free of aliasing for any motion worth making
@@ -26,6 +27,8 @@ _SHARES = (0.9, 1.1)  # times the fluctuation
 _SPEEDS = (1.1, 0.9)  # times the mean speed, with the same fluctuation in rad/s
 _SIDES = 4  # phases of an order, over half a turn, of which the worst counts: the other half is the same to first order
 _NEGLIGIBLE = 1e-9  # of the largest order of the law's acceleration: less is negligible
+_ERRORS = 3.0  # standard errors: a larger order that is left out is significant
+_MOST_LEFT_OUT, _NOTHING = 6, 1e-4  # largest of them that are examined; of order 1: a residual that does not matter
 _MOST_ORDERS = _SAMPLES // 8  # of a law: one with more of them is taken to have no end
 
 
@@ -212,6 +215,40 @@ def residual_of_extra_order(law: Law, count: int | None, shaft: ShaftMotion, ord
         wave[order - 1] += amplitude * np.exp(1j * phase)
         cases.append((cam, ShaftMotion(FourierSeries(shaft.mean, wave.real, wave.imag))))
     return _worst(Purity.from_law(law, count), cases)
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Order of the speed in a record that is not corrected. amplitude, error: in rad/s. share: its residual."""
+
+    order: int
+    amplitude: float
+    error: float
+    share: float
+
+
+def left_out_orders(fit: OrderFit | None, law: Law, count: int | None, shaft: ShaftMotion) -> tuple[LeftOut, ...]:
+    """Return the significant orders of a record that are not corrected and matter, the largest first; none without a record.
+
+    count: N, see ``residuals``.
+    """
+    significant = [] if fit is None else [one for one in fit.omitted_orders if one.amplitude > _ERRORS * one.error]
+    left_out: list[LeftOut] = []
+    for one in sorted(significant, key=lambda one: -one.amplitude)[:_MOST_LEFT_OUT]:
+        with suppress(InputError):  # the shaft would turn back with it
+            share = residual_of_extra_order(law, count, shaft, one.order, one.amplitude)
+            left_out.append(LeftOut(one.order, one.amplitude, one.error, share))
+    return tuple(one for one in left_out if one.share > _NOTHING)
+
+
+def residual_of_errors(fit: OrderFit, residuals: Iterable[Residual]) -> float:
+    """Return the residual due to the standard errors of a record's orders.
+
+    The residual of an order is proportional to it, and errors of different orders are independent: the root of the squares.
+    """
+    shares = {int(r.condition.split()[1]): r.share for r in residuals if r.condition.startswith("order ")}
+    errors, amplitudes = zip(fit.orders, fit.amplitude_errors, strict=True), fit.speed.amplitudes
+    return float(np.linalg.norm([shares[j] * error / amplitudes[j - 1] for j, error in errors if j in shares]))
 
 
 @dataclass(frozen=True, eq=False)

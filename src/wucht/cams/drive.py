@@ -93,14 +93,19 @@ class CamDrive:
         """Return the follower's law for a law of the output. Raises ``InputError`` where the linkage cannot make it."""
         return output if self.closure is None else LeverMotion(output, self.closure)
 
+    @property
+    def required_follower(self) -> Follower:
+        """The follower. Raises ``InputError`` where there is none."""
+        if self.follower is None:
+            raise InputError("follower", None, "the table [follower] is missing", code="missing")
+        return self.follower
+
     def make_cams(self, output: Law) -> dict[str, Cam]:
         """Make the cams, by name, for a law of the output: ``cam``, with a counter cam ``counter``, in a groove ``outer``.
 
         Raises ``InputError`` where there is no follower, or the lever would lose its cams.
         """
-        if self.follower is None:
-            raise InputError("follower", None, "the table [follower] is missing", code="missing")
-        return self.follower.make_cams(self.follower_law(output))
+        return self.required_follower.make_cams(self.follower_law(output))
 
     @cached_property
     def speed_fit(self) -> OrderFit | None:

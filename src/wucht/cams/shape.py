@@ -150,6 +150,11 @@ def largest_pressure_angle(shapes: Iterable[Shape]) -> Extreme:
     return max((s.pressure_angle for s in shapes), key=lambda extreme: extreme.value)
 
 
+def least_convex_radius(shapes: Iterable[Shape]) -> RadiusAt | None:
+    """Return the least radius of curvature of all cams where they are convex; None where they are nowhere."""
+    return min((s.convex for s in shapes if s.convex is not None), key=lambda at: at.radius, default=None)
+
+
 def format_cam_angle(angle: float) -> str:
     """Return a cam angle in rad as text for the user."""
     turns = math.degrees(angle)

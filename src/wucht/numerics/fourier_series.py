@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -70,6 +70,10 @@ class FourierSeries:
         coefficients = np.zeros((-(-max(self.count, 1) // width), width), complex)
         coefficients.flat[: self.count] = (1j * k) ** order * (self.cosine - 1j * self.sine)
         return coefficients
+
+    def to_table(self) -> dict[str, Any]:
+        """Return the arguments of ``of``, as JSON has them."""
+        return {"mean": self.mean, "cosine": self.cosine.tolist(), "sine": self.sine.tolist()}
 
     @property
     def count(self) -> int:

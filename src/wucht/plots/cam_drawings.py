@@ -11,6 +11,8 @@ from wucht.plots.scales import travel_unit
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+LAW_NAMES = ("position", "velocity", "acceleration", "jerk")  # of a law and its derivatives by the cam angle, in a result
+PER_ANGLE = ("", "/rad", "/rad^2", "/rad^3")  # units of these
 FOLLOWER = "#000000"
 _RADIUS_LIMIT = 2.5  # of the largest distance from the centre: larger radii of curvature are not drawn
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -118,6 +118,15 @@ def round_numbers(text: str, digits: int = 4) -> str:
         return f"{value:.{max(decimals, 0)}f}{exponent}"
 
     return re.sub(r"(?<![\w.])(\d+\.\d+)(e[+-]?\d+)?(?![\w.]*\d)", rounded, text)
+
+
+def band_in_words(band: Sequence[float | None], unit: str, prefix: str = "", digits: int = 6) -> str:
+    """Return a band (low, high) in words, None for an end beyond the range. prefix: written before its first value."""
+    low, high = (None if edge is None else f"{edge:.{digits}g}" for edge in band)
+    end = f" {unit}" if unit else ""
+    if low is None:
+        return "in the whole range" if high is None else f"below {prefix}{high}{end}"
+    return f"above {prefix}{low}{end}" if high is None else f"between {prefix}{low} and {high}{end}"
 
 
 def bodies_in_words(count: int) -> str:

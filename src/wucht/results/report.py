@@ -15,7 +15,7 @@ from wucht.results.formatting import number_text
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST_LINES = 2000
+MOST_LINES = 200
 _FIELD = re.compile(r"\{([^{}:]+)(?::([^{}]*))?\}")
 _FORM = re.compile(r"(?:\.(?:\d|1[0-6])[gfe])?%?")
 _STEP = re.compile(r"\[(\d{1,9})\]|\.?([^.\[\]]+)")

@@ -115,22 +115,46 @@ class Answer:
         over : str, optional
             Dimension of the variables, whose names begin with it: the column ``speed`` over ``point`` is ``point_speed``.
         kinds : mapping, optional
-            The columns that are variables, and their types: ``float`` (None is not a number), ``str``, ``np.int8`` (flags). By
-            default all, with the types of their values.
+            The columns that are variables, in their order, and their types: ``float`` (None is not a number), ``str``,
+            ``np.int8`` (flags). By default all, with the types of their values.
         headline : sequence of str
             Columns that are among the main numbers of a comparison.
         columns
             Values, name in words and unit of each column. One that is empty beside others is not in the rows: it is only
             described.
         """
+        self.table_of(name, what, columns, over, kinds, headline)
+
+    def table_of(
+        self,
+        name: str,
+        what: str,
+        columns: Mapping[str, Column],
+        over: str = "",
+        kinds: Mapping[str, type] | None = None,
+        headline: Sequence[str] = (),
+        optional: Sequence[str] = (),
+    ) -> None:
+        """State a list of tables, the names of whose columns users choose, such as the path of a parameter.
+
+        Parameters
+        ----------
+        name, what, columns, over, kinds, headline
+            As of ``table``.
+        optional : sequence of str
+            Columns that a row lacks where their value is None.
+        """
         plain = {name: v.tolist() if isinstance(v, np.ndarray) else list(v) for name, (v, *_) in columns.items() if len(v)}
-        rows = [dict(zip(plain, row, strict=True)) for row in zip(*plain.values(), strict=True)]
+        rows = [
+            {column: value for column, value in zip(plain, row, strict=True) if value is not None or column not in optional}
+            for row in zip(*plain.values(), strict=True)
+        ]
         parts = {column: (words, self.unit(*unit)) for column, (_, words, *unit) in columns.items()}
         self._quantities.append(Quantity(name, rows, what, parts=parts, headline=headline or False))
-        for column, (values, words, *unit) in columns.items() if over else ():
-            if kinds is None or column in kinds:
-                of_kind = np.asarray(values) if kinds is None else np.array(plain.get(column, []), kinds[column])
-                self.curve(f"{over}_{column}", of_kind, words, "".join(unit), over)
+        for column in (columns if kinds is None else kinds) if over else ():
+            values, words, *unit = columns[column]
+            of_kind = np.asarray(values) if kinds is None else np.array(plain.get(column, []), kinds[column])
+            self.curve(f"{over}_{column}", of_kind, words, "".join(unit), over)
 
     @contextmanager
     def group(self, name: str, what: str) -> Iterator[None]:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from wucht.dynamics.run_ups.bearing_loads import BearingLife, BearingLoad
+from wucht.results.bearing_text import life_text
 from wucht.results.quantities import Quantity
+from wucht.studies.answer import Answer
 
 
 def load_quantities(loads: Mapping[str, BearingLoad]) -> list[Quantity]:
@@ -32,3 +34,11 @@ def life_quantities(lives: Mapping[str, BearingLife]) -> list[Quantity]:
         Quantity("equivalent_bearing_loads", loads, "equivalent load of each rotor's bearing, ISO 281", "N"),
         Quantity("bearing_life", hours, "life of each rotor's bearing, ISO 281", "h"),
     ]
+
+
+def state_lives(a: Answer, lives: Mapping[str, BearingLife]) -> None:
+    """State the life of bearings that have a rating."""
+    a.add(life_quantities(lives))
+    loads, hours = ({n: getattr(life, key) for n, life in lives.items()} for key in ("load", "hours"))
+    if lives:
+        a.line("bearing life", "{lives}", lives=life_text({"bearing_life": hours, "equivalent_bearing_loads": loads}))

@@ -14,12 +14,13 @@ from wucht.cams.laws.synthesis import Band, Cap, Restriction
 from wucht.cams.tables.motion_law import MotionLaw
 from wucht.dynamics.work import Work
 from wucht.numerics.fourier_series import FourierSeries
-from wucht.plots.cam_drawings import draw_motion, order_scale
+from wucht.plots.cam_drawings import LAW_NAMES, PER_ANGLE, draw_motion, order_scale
 from wucht.plots.scales import travel_unit, turn_scale
 from wucht.plots.sheet import labelled_handles, legend_below, new_grid
 from wucht.plots.style import COLOURS, GREY
 from wucht.results.formatting import number_text, with_unit
 from wucht.studies.answer import Answer
+from wucht.studies.cam_answers import state_law
 from wucht.studies.key_types import Whole
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.study import Study
@@ -29,8 +30,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_NAMES = ("position", "velocity", "acceleration", "jerk")
-_PER = ("", "/rad", "/rad^2", "/rad^3")
 _BINDS = 1e-5  # of its bound: distance below which a restriction is binding
 _SHORT = 2.0  # degrees: shorter arcs are drawn as points
 
@@ -64,9 +63,7 @@ class CamLaw(Study):
             a.sentence += f" meets {restriction_count} restriction{'s' if restriction_count > 1 else ''}"
         angles = np.linspace(0, 2 * np.pi, self.points + 1)
         a.curve("cam_angle", angles, "cam angle", "rad")
-        for order, (name, per) in enumerate(zip(_NAMES, _PER, strict=True)):
-            what = f"{name} with respect to the cam angle" if order else "motion of the output"
-            a.curve(name, law.function(angles, order), what, f"{law.unit}{per}", "cam_angle")
+        state_law(a, law.function, angles, "motion of the output", law.unit)
         complete_series, orders = law.fourier_series(), law.count or self.orders
         series = FourierSeries(complete_series.mean, complete_series.cosine[:orders], complete_series.sine[:orders])
         _state_series(a, law, series)
@@ -101,8 +98,7 @@ def _state_series(a: Answer, law: MotionLaw, series: FourierSeries) -> None:
     a.curve("amplitude", series.amplitudes, "amplitude", law.unit, "order")
     a.number("unit", law.unit, "unit of the motion")
     a.number("harmonics", law.count, "number of harmonics")
-    coefficients = {"mean": series.mean, "cosine": series.cosine.tolist(), "sine": series.sine.tolist()}
-    a.number("coefficients", coefficients, "coefficients of the harmonics", law.unit)
+    a.number("coefficients", series.to_table(), "coefficients of the harmonics", law.unit)
 
 
 def _state_sizes(a: Answer, law: MotionLaw, attained_ranges: np.ndarray) -> None:
@@ -114,16 +110,18 @@ def _state_sizes(a: Answer, law: MotionLaw, attained_ranges: np.ndarray) -> None
     a.number("ripple", ripple, "largest deviation from the restrictions in dwells", law.unit, headline=True)
     a.line("dwell", "within {ripple} of the restrictions")
     sizes = (max(-least, greatest), *(law.peak(order) for order in (1, 2, 3)))
-    parts = {name: (f"largest {name}", f"{law.unit}{per}") for name, per in zip(_NAMES, _PER, strict=True)}
-    a.number("peaks", dict(zip(_NAMES, map(float, sizes), strict=True)), "largest values", parts=parts, headline=_NAMES[1:])
-    for name in _NAMES[1:]:
+    parts = {name: (f"largest {name}", f"{law.unit}{per}") for name, per in zip(LAW_NAMES, PER_ANGLE, strict=True)}
+    a.number(
+        "peaks", dict(zip(LAW_NAMES, map(float, sizes), strict=True)), "largest values", parts=parts, headline=LAW_NAMES[1:]
+    )
+    for name in LAW_NAMES[1:]:
         a.line(name, f"at most {{peaks.{name}}}")
-    if a.number("acceleration_jumps", law.jump, "largest jump of the acceleration", f"{law.unit}{_PER[2]}"):
+    if a.number("acceleration_jumps", law.jump, "largest jump of the acceleration", f"{law.unit}{PER_ANGLE[2]}"):
         a.warn(
             "the acceleration jumps where the rise and the return begin or end, and the jerk has no bound there: suitable for "
             "slow shafts only; polynomial and sine laws have no jumps"
         )
-    rise = None if law.rise is None else dict(zip(_NAMES[1:], law.rise.tolist(), strict=True))
+    rise = None if law.rise is None else dict(zip(LAW_NAMES[1:], law.rise.tolist(), strict=True))
     a.number("rise", rise, "largest values of a rise of 1 over an arc of 1")
     a.line("rise", "of 1 over an arc of 1: Cv = {rise.velocity:.5g}, Ca = {rise.acceleration:.5g}, Cj = {rise.jerk:.5g}")
 
@@ -154,7 +152,9 @@ def _state_restrictions(a: Answer, law: MotionLaw, attained_ranges: np.ndarray) 
     a.curve("least", attained_ranges[:, 0], "least value", "", along)
     a.curve("greatest", attained_ranges[:, 1], "greatest value", "", along)
     for i, (band, (least, greatest)) in enumerate(zip(bands, attained_ranges.tolist(), strict=True)):
-        quantity, unit = ("amplitude", law.unit) if band.order < 0 else (_NAMES[band.order], law.unit + _PER[band.order])
+        quantity, unit = (
+            ("amplitude", law.unit) if band.order < 0 else (LAW_NAMES[band.order], law.unit + PER_ANGLE[band.order])
+        )
         values = (greatest,) if band.order < 0 or least == greatest else (least, greatest)
         value_text = " to ".join(str(number_text(value, unit)) for value in values)
         note = " (binding)" if _is_binding(band, least, greatest) else ""
@@ -170,14 +170,14 @@ def _is_binding(band: Band, least: float, greatest: float) -> bool:
 
 def _draw_derivative(axis: Axes, result: xr.Dataset, order: int) -> None:
     look = {"color": COLOURS[0], "linewidth": 1.3, "label": "motion law"}
-    unit = draw_motion(axis, result, _NAMES[order], _PER[order], **look)
+    unit = draw_motion(axis, result, LAW_NAMES[order], PER_ANGLE[order], **look)
     low, high = axis.get_ylim()
     for i in np.flatnonzero(result.restricted.values == order).tolist():
         _draw_restriction(axis, result, i, travel_unit(result.position)[0])
     if order:
         axis.set_ylim(low, high)
     turn_scale(axis)
-    axis.set_ylabel(with_unit(_NAMES[order], unit))
+    axis.set_ylabel(with_unit(LAW_NAMES[order], unit))
 
 
 def _draw_restriction(axis: Axes, result: xr.Dataset, i: int, scale: float) -> None:
@@ -199,7 +199,7 @@ def _draw_spectrum(axis: Axes, result: xr.Dataset, power: int, name: str) -> Non
     scale, unit = travel_unit(result.position)
     k = result.order.values
     axis.bar(k, scale * k**power * result.amplitude.values, width=0.6, color=COLOURS[0], edgecolor=GREY, linewidth=0.4)
-    axis.set_ylabel(with_unit(f"{name}, amplitude", f"{unit}{_PER[power]}"))
+    axis.set_ylabel(with_unit(f"{name}, amplitude", f"{unit}{PER_ANGLE[power]}"))
     order_scale(axis, k)
     for i in np.flatnonzero(result.harmonic.values).tolist():
         cap, at = scale * result.high.values[i], float(result.harmonic.values[i])

@@ -5,22 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wucht.cams.cam import Cam
-from wucht.cams.correction import CorrectedLaw
 from wucht.cams.drive import CamDrive, cam_drive_from, laws
-from wucht.cams.laws import Law
+from wucht.cams.drive_cams import DriveCams
 from wucht.cams.shaft_motion import ShaftMotion
-from wucht.cams.workshop.cam_files import WorkshopFile, write_cam_files, write_law_files
+from wucht.cams.workshop.cam_files import WorkshopCurve, WorkshopFile, write_cam_files, write_law_files
 from wucht.cams.workshop.heading import Heading
 from wucht.cams.workshop.lists import Separator
 from wucht.cams.workshop.plc import Form
-from wucht.cams.workshop.points import PointList
+from wucht.cams.workshop.points import PointList, chord_points
 from wucht.environment import date_of_files
 from wucht.errors import InputError
 from wucht.numerics.fourier_series import FourierSeries
@@ -71,57 +69,45 @@ class FileOptions:
     table_decimals: int = 6
 
 
-@dataclass(frozen=True, eq=False)
-class CamOfResult:
-    """The cam of a result. shaft: motion of its shaft, None where no table states it. is_corrected: for this motion."""
+def mill_points(cams: Mapping[str, Cam], tolerance: float, spacing: float) -> dict[str, PointList]:
+    """Return the points to mill of each cam, with the longest chord that is permitted.
 
-    drive: CamDrive
-    shaft: ShaftMotion | None
-    is_corrected: bool
+    Raises ``InputError`` (study.chord_tolerance, study.spacing).
+    """
+    try:
+        return {name: chord_points(WorkshopCurve(cam.contour), tolerance, spacing) for name, cam in cams.items()}
+    except InputError as error:
+        key = "chord_tolerance" if error.location == "tolerance" else error.location
+        raise InputError(f"study.{key}", error.value, error.explanation) from None
 
-    @cached_property
-    def law(self) -> Law:
-        """Law of the output over the cam angle."""
-        law: Law = self.drive.motion_law.function
-        return CorrectedLaw(law, self.shaft) if self.is_corrected and self.shaft is not None else law
 
-    @cached_property
-    def cams(self) -> Mapping[str, Cam]:
-        """The cams by name, none without a follower. Raises ``InputError`` as ``CamDrive.make_cams``."""
-        return {} if self.drive.follower is None else self.drive.make_cams(self.law)
+def check_points(cam: Cam, phi: np.ndarray, position: np.ndarray) -> None:
+    """Raise ``InputError`` where points (N,) of a result, complex in m, do not lie on the contour of their cam."""
+    if np.abs(cam.contour(phi) - position).max() > _CONTOUR_TOLERANCE * np.abs(position).max():
+        reason = "its points do not lie on the contour of its drive: run the study again"
+        raise InputError("result", None, reason, code="deviates")
 
-    def check_points(self, name: str, phi: np.ndarray, position: np.ndarray) -> None:
-        """Raise ``InputError`` where points (N,) of a result, complex in m, do not lie on the contour of one of the cams."""
-        if np.abs(self.cams[name].contour(phi) - position).max() > _CONTOUR_TOLERANCE * np.abs(position).max():
-            reason = "its points do not lie on the contour of its drive: run the study again"
-            raise InputError("result", None, reason, code="deviates")
 
-    @property
-    def heading(self) -> Heading:
-        """What its files say of it. Raises ``InputError`` (SOURCE_DATE_EPOCH)."""
-        law = _law_in_words(self.drive, self._stroke)
-        return Heading(self.drive.title, law, self.shaft, self.is_corrected, date_of_files(), versions()["wucht"])
+def write_files(cams: DriveCams, points: Mapping[str, PointList], folder: Path, options: FileOptions) -> list[WorkshopFile]:
+    """Write the files of each cam at its points, and the cam tables of the law; read all of them back.
 
-    @property
-    def _stroke(self) -> float:
-        return float(np.ptp(self.law(np.linspace(0, 2 * math.pi, _STROKE_SAMPLES))))
-
-    def write(self, points: Mapping[str, PointList], folder: Path, options: FileOptions) -> list[WorkshopFile]:
-        """Write the files of each cam at its points, and the cam tables of the law; read all of them back.
-
-        Raises ``InputError``, and ``RunError`` where a file cannot be written or does not read back as written.
-        """
-        folder, heading, files = prepare_folder(folder), self.heading, list[WorkshopFile]()
-        for name, cam in self.cams.items():
-            files += write_cam_files(
-                folder, name, cam, points[name], options.tolerance, options.decimals, spacing=options.spacing,
-                separator=options.separator, drawing=options.drawing, heading=heading,
-            )  # fmt: skip
-        tolerance = _STROKE_TOLERANCE * self._stroke if options.table_tolerance is None else options.table_tolerance
-        return files + write_law_files(
-            folder, self.law, self.drive.motion_law.unit, tolerance, forms=options.forms, decimals=options.table_decimals,
-            heading=heading,
+    Raises ``InputError`` (SOURCE_DATE_EPOCH), and ``RunError`` where a file cannot be written or does not read back as written.
+    """
+    stroke = float(np.ptp(cams.law(np.linspace(0, 2 * math.pi, _STROKE_SAMPLES))))
+    heading = Heading(
+        cams.drive.title, _law_in_words(cams.drive, stroke), cams.shaft, cams.is_corrected, date_of_files(), versions()["wucht"]
+    )
+    folder, files = prepare_folder(folder), list[WorkshopFile]()
+    for name, cam in cams.cams.items():
+        files += write_cam_files(
+            folder, name, cam, points[name], options.tolerance, options.decimals, spacing=options.spacing,
+            separator=options.separator, drawing=options.drawing, heading=heading,
         )  # fmt: skip
+    tolerance = _STROKE_TOLERANCE * stroke if options.table_tolerance is None else options.table_tolerance
+    return files + write_law_files(
+        folder, cams.law, cams.drive.motion_law.unit, tolerance, forms=options.forms, decimals=options.table_decimals,
+        heading=heading,
+    )  # fmt: skip
 
 
 def _law_in_words(drive: CamDrive, stroke: float) -> str:

@@ -27,6 +27,7 @@ from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
+from wucht.numerics.periodic.branch_ends import CLOSED_BRANCH, RANGE, significant_value
 from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING
 from wucht.system import System
 
@@ -81,6 +82,46 @@ def small(*, values: list[float], periods: list[float], low: list[float], high: 
     made: Any = SimpleNamespace(values=np.array(values), periods=np.array(periods), low=np.array(low), high=np.array(high))
     seed: Any = None
     return PeriodicBranch(seed, None, made)
+
+
+def stable_ranges(stable: list[int], special: str = "", closed: bool = False, backward: bool = True, last: float = 6.0) -> Any:
+    """Of a branch over 3, 1, 2, 5, 4, which ends at 0.5 before its first orbit and at ``last`` behind its last."""
+    (known,) = followed().branches
+    values, unstable, special = np.array([3.0, 1.0, 2.0, 5.0, 4.0]), 1 - np.array(stable), special or "0" * len(stable)
+    kinds = tuple("torus" if mark == "1" else "" for mark in special)
+    end = replace(known.onward.end, parameter=last, kind=CLOSED_BRANCH if closed else RANGE)
+    onward = replace(known.onward, values=values, unstable=unstable, kinds=kinds, end=end)
+    before = replace(onward, values=values[:1], unstable=unstable[:1], kinds=kinds[:1], end=replace(end, parameter=0.5))
+    return PeriodicBranch(known.seed, before if backward else None, onward).stable_ranges
+
+
+def test_ranges_of_stable_orbits_go_to_the_ends_of_the_branch() -> None:
+    assert stable_ranges([1, 1, 0, 1, 1]) == [(0.5, 3.0), (4.0, 6.0)]
+    assert stable_ranges([0, 1, 1, 1, 0]) == [(1.0, 5.0)]
+    assert stable_ranges([1, 0, 0, 0, 0], backward=False) == [(3.0, 3.0)]
+    assert stable_ranges([0, 0, 0, 0, 0]) == []
+
+
+def test_ranges_of_stable_orbits_reach_to_special_orbits() -> None:
+    assert stable_ranges([0, 0, 1, 0, 0], "01010") == [(1.0, 5.0)], "with the special orbits at its ends"
+    assert stable_ranges([0, 0, 0, 1, 0], "01000") == [(5.0, 5.0)], "a special orbit alone is none"
+    assert stable_ranges([0, 1, 0, 0, 0], "01000") == []
+
+
+def test_a_closed_branch_is_stable_on_either_side_of_its_first_orbit() -> None:
+    """The larger of both sides, whichever it is."""
+    closed: dict[str, Any] = {"closed": True, "backward": False}
+    assert stable_ranges([1, 1, 0, 1, 1], **closed) == [(1.0, 6.0)]
+    assert stable_ranges([1, 1, 0, 1, 1], **closed, last=0.25) == [(0.25, 5.0)]
+    assert stable_ranges([1, 0, 1, 1, 0], **closed) == [(3.0, 3.0), (2.0, 5.0)]
+    assert stable_ranges([0, 1, 0, 1, 1], **closed) == [(1.0, 1.0), (4.0, 6.0)]
+
+
+def test_a_rounding_error_is_no_value_of_the_parameter() -> None:
+    """0, where it is below 1e-12 of the range; a greater number is a value."""
+    values = [significant_value(value, (-9.0, 4.0)) for value in (-8e-55, -8e-12, 1e-11, -8.76543)]
+    assert values == [0.0, 0.0, 1e-11, -8.76543]
+    assert significant_value(-8e-55, (-np.inf, np.inf)) == -8e-55, "without a range no number is small"
 
 
 def test_a_branch_from_another_of_its_special_points_is_known() -> None:

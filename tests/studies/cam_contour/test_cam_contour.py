@@ -15,10 +15,8 @@ from tests.refusals import refused
 from wucht.cams.workshop.cam_files import WorkshopCurve
 from wucht.cams.workshop.points import chord_deviation
 from wucht.errors import InputError
-from wucht.studies.cam_contour import contact_load
-from wucht.studies.cam_contour.computation import obstacles, smallest_cam
 from wucht.studies.cam_contour.export import drive_of, points_to_mill
-from wucht.studies.cam_contour.spec import CamContour, CamLimits
+from wucht.studies.cam_contour.study import CamContour
 from wucht.studies.runner import report, run
 
 pytestmark = pytest.mark.usefixtures("coarse_angles")
@@ -115,6 +113,34 @@ def test_a_counter_cam_holds_the_same_lever(pair: xr.Dataset) -> None:
     assert np.abs(contour(pair, 1) - pitch(pair, 1)) == pytest.approx(0.010)
     assert pair.wucht.summary["contact"]["lift_off"] == {"cam": [], "counter": []}
     assert (pair.contact_force.values > 0).all()
+
+
+def test_each_of_two_cams_has_its_sizes_points_and_forces(pair: xr.Dataset) -> None:
+    s = pair.wucht.summary
+    cam, counter = s["cams"].values()
+    assert s["min_curvature_radius"] == min(one["min_curvature"]["radius"] for one in (cam, counter))
+    assert s["min_hollow_radius"] == min(one["min_hollow"]["radius"] for one in (cam, counter))
+    assert s["max_pressure_angle"] == max(one["max_pressure_angle"]["angle"] for one in (cam, counter))
+    assert (s["base_radius"], s["largest_radius"]) == (cam["base_radius"], cam["largest_radius"]), "those of the first"
+    assert [int((pair.mill_cam.values == i).sum()) for i in (0, 1)] == [one["points_to_mill"] for one in (cam, counter)]
+    cams = drive_of(pair).make_cams(drive_of(pair).motion_law.function)
+    for name, of_cam in cams.items():
+        points = points_to_mill(pair, name)
+        assert np.abs(of_cam.contour(points.phi) - points.position).max() < 1e-12
+        assert np.abs(of_cam.normal(points.phi) - points.normal).max() < 1e-6
+    forces = s["contact"]["max_force"]
+    texts = [f"{name} at most {forces[key]['value']:.4g} N at {math.degrees(forces[key]['at']):.4g}°"
+             for key, name in (("cam", "cam"), ("counter", "counter cam"))]  # fmt: skip
+    assert f"  contact      {', '.join(texts)}, at 300 rpm" in report(pair)
+    assert all(float(pair.contact_force[i].max()) <= forces[name]["value"] * 1.001 for i, name in enumerate(cams))
+
+
+def test_which_of_two_rollers_lifts_off() -> None:
+    asked: dict[str, Any] = {"contact": {"inertia": 0.02}, "speed": "300 rpm", "points": 36, "chord_tolerance": "50 um"}
+    s = answered(given.SMOOTH, given.FOLLOWER | {"counter": given.COUNTER}, **asked).wucht.summary
+    assert s["outcome"] == "lifts-off" and s["sentence"].count("N m holds it)") == 2
+    assert "; the roller of the cam lifts off from " in s["sentence"]
+    assert "; the roller of the counter cam lifts off from " in s["sentence"]
 
 
 def test_the_forces_of_a_pair_move_the_lever(pair: xr.Dataset) -> None:
@@ -302,6 +328,7 @@ def test_a_face_leaves_what_lies_behind_it_at_all_angles() -> None:
     law = {"kind": "3-4-5", "stroke": "20 mm", "rise": ["0 deg", "60 deg"]}
     result = answered(law, given.FLAT | {"distance": "20 mm"}, allow_undercut=True)
     s = result.wucht.summary
+    assert np.degrees(s["cams"]["cam"]["undercut"][0]) == pytest.approx([33.58, 57.5], abs=0.05)
     [rise, back] = np.degrees(s["cams"]["cam"]["missing"])
     assert rise == pytest.approx([22.1, 72.9], abs=0.05)
     assert back == pytest.approx(360 - rise[::-1], abs=1e-6)
@@ -346,10 +373,8 @@ def test_a_smallest_cam_that_is_not_all_is_warned_of(pair: xr.Dataset) -> None:
     [said] = pair.wucht.warnings
     assert "the lever of the counter cam must be chosen anew" in said
     law = {"kind": "harmonic", "coefficients": {"mean": "0 mm", "cosine": ["0 mm", "8 mm"]}}
-    groove = given.drive(law, given.ROD | {"distance": "150 mm", "roller_radius": "20 mm", "groove": True, "offset": 0.0})
-    found = smallest_cam(groove.motion_law.function, groove.follower, CamLimits(pressure_angle="45 deg"), "base")
-    assert found is not None
-    [said] = obstacles(groove, groove.motion_law.function, found)
+    groove = given.ROD | {"distance": "150 mm", "roller_radius": "20 mm", "groove": True, "offset": 0.0}
+    [said] = answered(law, groove, permitted={"pressure_angle": "45 deg"}, chord_tolerance="50 um").wucht.warnings
     assert said.startswith("the smallest permitted cam cannot be made: the roller would cut the contour away")
 
 
@@ -445,16 +470,16 @@ def test_what_cannot_be_is_a_sentence(drive: Any, asked: dict[str, Any], says: s
     assert str(raised.value).startswith(says)
 
 
-def test_where_one_flank_lifts_off_the_other_one_presses() -> None:
+def test_where_one_flank_lifts_off_the_other_one_presses(groove: xr.Dataset) -> None:
     """The rest of the turn, arcs that end beyond it included; all of it where nothing lifts off."""
-    turn = 2 * math.pi
-    assert contact_load._remaining_arcs(()) == ((0.0, turn),)
-    assert contact_load._remaining_arcs(((1.0, 2.0), (3.0, 4.0))) == (
-        pytest.approx((2.0, 3.0)),
-        pytest.approx((4.0, turn + 1.0)),
-    )
-    assert contact_load._remaining_arcs(((1.0, 2.0), (5.0, turn + 0.5))) == (
-        pytest.approx((2.0, 5.0)),
-        pytest.approx((0.5, 1.0)),
-    )
-    assert contact_load._remaining_arcs(((0.0, turn),)) == ()
+    phi, turn = groove.cam_angle.values, 2 * math.pi
+    off = {
+        name: np.any([np.mod(phi - begin, turn) < end - begin for begin, end in arcs], axis=0)
+        for name, arcs in groove.wucht.summary["contact"]["lift_off"].items()
+    }
+    assert np.array_equal(off["outer"], ~off["cam"])
+    assert (groove.contact_force.values[0][off["cam"]] == 0).all()
+    pressed = {"inertia": "0.02 kg m^2", "preload": "500 N m"}
+    asked: dict[str, Any] = {"contact": pressed, "speed": 10.0, "points": 36, "chord_tolerance": "50 um"}
+    s = answered(given.SMOOTH, given.FOLLOWER | {"groove": True}, **asked).wucht.summary
+    assert s["contact"]["lift_off"] == {"cam": [], "outer": [[0.0, turn]]}

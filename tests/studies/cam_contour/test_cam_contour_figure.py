@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from types import SimpleNamespace
 from typing import Any
 
 import cam_files_to_study as given
@@ -11,12 +10,9 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from tests.hand_made import with_answer
 from tests.refusals import refused
 
-from wucht.studies.cam_contour.figure import _bands
-from wucht.studies.cam_contour.spec import CamContour
+from wucht.studies.cam_contour.study import CamContour
 from wucht.studies.runner import draw, run
 
 pytestmark = pytest.mark.usefixtures("coarse_angles")
@@ -74,7 +70,13 @@ def test_the_panels_and_their_limits(lever: xr.Dataset) -> None:
         "radius of curvature (mm)", "pressure angle (°)", "contact force (N)", "contact pressure (MPa)",
         "torque of the camshaft (N·m)", "motion of the lever (°)",
     ]  # fmt: skip
-    assert below[4].get_lines()[0].get_ydata() == pytest.approx(lever.camshaft_torque.values)
+    shown = [
+        1e3 / lever.curvature.values[0], np.degrees(lever.pressure_angle.values[0]), lever.contact_force.values[0],
+        1e-6 * lever.contact_pressure.values[0], lever.camshaft_torque.values, np.degrees(lever.follower.values),
+    ]  # fmt: skip
+    for axis, values in zip(below, shown, strict=True):
+        drawn = np.asarray(axis.get_lines()[0].get_ydata())
+        assert np.isfinite(drawn).any() and drawn[np.isfinite(drawn)] == pytest.approx(values[np.isfinite(drawn)])
     assert {a.get_xlabel() for a in below} == {"cam angle (°)"}
     assert above.get_xlabel() == "x (mm), cam at 0°"
     limits = [
@@ -159,32 +161,42 @@ def test_a_dataset_that_is_no_contour_is_refused(flat: xr.Dataset) -> None:
         draw(flat.drop_vars("contour_x"))
 
 
-def test_where_a_flat_face_is_touched_and_how_a_linkage_moves(flat: xr.Dataset) -> None:
-    """A shaft that turns on does not turn the face: it is touched at -y for a cam that turns clockwise. The transmission angle
-    is drawn in degrees, to a right angle at most."""
-    angle = np.degrees(flat.cam_angle.values)
-    for clockwise, sense in ((False, -1e3), (True, 1e3)):
-        made = with_answer(flat, clockwise=clockwise)
-        made["transmission_angle"] = made.transmission_angle.copy(data=np.radians(40 + 0.1 * np.arange(len(angle)) % 40))
-        panels = {named(axis): axis for axis in draw(made).axes}
-        (touched,) = [a for a in panels["face touched at y (mm)"].get_lines() if len(a.get_xdata()) == len(angle)]
-        assert np.asarray(touched.get_xdata()) == pytest.approx(angle)
-        assert np.asarray(touched.get_ydata()) == pytest.approx(sense * made.follower_velocity.values)
-        (moved,) = [a for a in panels["transmission angle (\u00b0)"].get_lines() if len(a.get_xdata()) == len(angle)]
-        assert np.asarray(moved.get_xdata()) == pytest.approx(angle)
-        assert np.asarray(moved.get_ydata()) == pytest.approx(np.degrees(made.transmission_angle.values))
-        assert panels["transmission angle (\u00b0)"].get_ylim() == (0, 92)
-    assert "transmission angle (\u00b0)" not in [named(axis) for axis in draw(flat).axes]
+def eccentric_face(clockwise: bool = False, cosine: str = "-10 mm", preload: float = 60.0) -> xr.Dataset:
+    """A circle of 40 mm radius, 10 mm off its centre."""
+    law = {"kind": "harmonic", "coefficients": {"mean": "0 mm", "cosine": [cosine]}}
+    contact = {"mass": 0.4, "preload": preload, "width": "15 mm"}
+    asked = CamContour(contact=contact, speed=20.0, points=36, chord_tolerance="50 um")
+    return run(asked, given.drive(law, given.FLAT | {"clockwise": clockwise}))
+
+
+@pytest.mark.parametrize("clockwise", [True, False])
+def test_where_a_flat_face_is_touched_and_how_the_cam_turns(clockwise: bool) -> None:
+    """It is touched at -y, for a cam that turns clockwise at y: s' by the cam angle."""
+    cam, *below = draw(eccentric_face(clockwise)).axes
+    (touched,) = (a for a in below if named(a) == "face touched at y (mm)")
+    phi = np.linspace(0.0, 2 * np.pi, 37)
+    assert touched.get_lines()[0].get_xdata() == pytest.approx(np.degrees(phi))
+    assert touched.get_lines()[0].get_ydata() == pytest.approx((10 if clockwise else -10) * np.sin(phi), abs=1e-9)
+    (arrow,) = (t for t in cam.texts if not t.get_text())
+    begin, end = np.array(arrow.xyann), np.array(arrow.xy)
+    assert begin[1] > 0 and end[1] == pytest.approx(begin[1])
+    assert bool(begin[0] * end[1] - begin[1] * end[0] > 0) is not clockwise
+    assert [np.hypot(*begin), np.hypot(*end)] == pytest.approx([9.0, 9.0]), "three tenths of the base circle"
+
+
+def test_how_a_linkage_moves() -> None:
+    """The transmission angle is drawn in degrees, to a right angle at most."""
+    result = run(
+        CamContour(points=36, chord_tolerance="50 um"), given.drive(given.SMOOTH, given.FOLLOWER, linkage=given.FOUR_BAR)
+    )
+    (panel,) = (a for a in draw(result).axes if named(a) == "transmission angle (\u00b0)")
+    assert panel.get_lines()[0].get_ydata() == pytest.approx(np.degrees(result.transmission_angle.values))
+    assert panel.get_ylim() == (0, 92)
 
 
 def test_an_arc_that_passes_zero_is_drawn_at_both_ends_of_the_turn() -> None:
-    """From 350 to 380 degrees: a band from 350 to 360, and one from 0 to 20."""
-    arcs: Any = SimpleNamespace(
-        arc_of=SimpleNamespace(values=np.array(["lift-off", "undercut"])), arc_begin=np.radians([350.0, 100.0]),
-        arc_end=np.radians([380.0, 120.0]),
-    )  # fmt: skip
-    axis = Figure().subplots()
-    _bands(axis, arcs, "lift-off", "lifts off", "C1")
+    """By half the preload that is needed the face lifts off from 300 to 420 degrees."""
+    figure = draw(eccentric_face(cosine="10 mm", preload=0.8))
+    (axis,) = (a for a in figure.axes if named(a) == "contact force (N)")
     boxes = [patch.get_extents().transformed(axis.transData.inverted()) for patch in axis.patches]
-    spans = sorted((round(box.x0), round(box.x1)) for box in boxes)
-    assert spans == [(0, 20), (350, 360)]
+    assert sorted((round(box.x0), round(box.x1)) for box in boxes) == [(0, 60), (300, 360)]

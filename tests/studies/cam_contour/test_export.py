@@ -7,7 +7,6 @@ from importlib.metadata import version
 import cam_files_to_study as given
 import numpy as np
 import pytest
-import xarray as xr
 from tests.refusals import refused
 from typer.testing import CliRunner
 
@@ -19,10 +18,9 @@ from wucht.cams.workshop.cam_files import WorkshopFile
 from wucht.cams.workshop.lists import read_list
 from wucht.cli import app as command_line
 from wucht.numerics.fourier_series import FourierSeries
-from wucht.studies.cam_contour import export
-from wucht.studies.cam_contour.computation import prepare
-from wucht.studies.cam_contour.spec import CamContour
+from wucht.studies.cam_contour.study import CamContour
 from wucht.studies.cam_prediction.spec import CamPrediction
+from wucht.studies.cam_workshop import file_lines
 from wucht.studies.registry import study_of
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study, run_file
@@ -131,25 +129,23 @@ def test_a_study_without_files_for_others_says_so(tmp_path):
 def test_without_a_table_speed_the_cam_is_corrected_for_the_predicted_shaft():
     """As if its predicted orders had been given; the carton pusher of the catalogue."""
     pusher = read_study("practice/carton-pusher").subject
-    found = prepare(CamContour(corrected=True), pusher).lever
     shaft = run(CamPrediction(cuts=0, simulate=0), pusher).wucht.summary["corrected"]["speed"]
-    given = prepare(CamContour(corrected=True), replace(pusher, speed=SpeedTable(**shaft))).lever
-    even, phi = prepare(CamContour(), pusher).lever, np.linspace(0, 6, 50)
-    assert found(phi) == pytest.approx(given(phi), abs=1e-11)
-    assert np.abs(found(phi) - even(phi)).max() > 1e-3
+    stated = replace(pusher, speed=SpeedTable(**shaft))
+    found, given, even = (
+        run(CamContour(points=50, corrected=corrected), drive).follower.values
+        for drive, corrected in ((pusher, True), (stated, True), (pusher, False))
+    )
+    assert found == pytest.approx(given, abs=1e-11)
+    assert np.abs(found - even).max() > 1e-3
 
 
-def test_each_file_for_the_workshop_is_a_line(tmp_path, monkeypatch):
-    """Written into the folder that was given, with what was read back: of points in m, of a table in rad, of a law in words."""
-    asked = []
+def test_each_file_for_the_workshop_is_a_line(tmp_path):
+    """With what was read back: of points in m, of a table in rad, of a law in words."""
     files = [
         WorkshopFile(tmp_path / "cam.txt", "points", 100, 2.5e-6, 5e-6, motion=1.25e-7),
         WorkshopFile(tmp_path / "law.csv", "rows", 3600, math.radians(1e-5), 1e-6, unit="rad"),
     ]
-    monkeypatch.setattr(export, "write_workshop", lambda result, folder: asked.append((result, folder)) or files)
-    result = xr.Dataset(attrs={"study": "cam-contour"})
-    assert export.export(result, tmp_path) == [
+    assert file_lines(files) == [
         f"{tmp_path / 'cam.txt'}  points, 100: read back within 2.5 µm; a follower on it deviates from its law by 1.2e-07",
         f"{tmp_path / 'law.csv'}  rows, 3600: read back within 1.0e-05°",
     ]
-    assert asked == [(result, tmp_path)]

@@ -11,7 +11,7 @@ import wucht
 from wucht.cams.correction import MotionOverTime, orders, share_above_order
 from wucht.cams.drive import cam_drive_from
 from wucht.numerics.fourier_series import FourierSeries, even_angles
-from wucht.studies.cam_correction.spec import CamCorrection
+from wucht.studies.cam_correction.study import CamCorrection
 from wucht.studies.registry import study_of
 from wucht.studies.study_file import run_file
 
@@ -57,6 +57,8 @@ def test_the_orders_are_those_of_an_integral_by_hand(template):
             of = template.sel(version=version, order=k)
             # The template's law is found by a linear programme: like the closed form to about 1e-6.
             assert [float(of.cosine), float(of.sine)] == pytest.approx([a, b], abs=2e-2)
+        made = acceleration(LAW, template.tau.values) if version == "original" else OMEGA**2 * LAW(template.tau.values, 2)
+        assert template.acceleration.sel(version=version).values == pytest.approx(made, abs=0.1)
 
 
 def test_recovered_orders_are_the_laws_own(template):
@@ -231,6 +233,11 @@ def test_few_points_are_told():
     assert "which more points reduce" in result.attrs["sentence"]
     (warning,) = [w for w in result.wucht.warnings if w.startswith("Chords between 48 points")]
     needed = int(warning.split("points = ")[1].split(",")[0])
+    chord = result.wucht.summary["contours"]["cam"]["chord"]
+    assert f"leave the contour by {1e6 * chord:.3g} um, more than the tolerance of 1 um" in warning
+    assert needed == math.ceil(1.01 * 48 * math.sqrt(chord / 1e-6))
+    loose = answered(CamCorrection(points=48, chord_tolerance=chord * (1 + 1e-9)), law=law, follower=follower)
+    assert "Chords" not in loose.attrs["warnings"]
     enough = answered(CamCorrection(points=needed), law=law, follower=follower)
     assert "Chords" not in enough.attrs["warnings"]
 
@@ -342,8 +349,20 @@ def test_the_position_error_in_the_dwell_is_that_of_the_motion_over_time(arm):
     found = [s["dwell_travel_before"], s["dwell_travel_after"]]
     assert found == ([None, None] if lengths is None else pytest.approx(lengths, rel=1e-6))
     (line,) = [line for line in wucht.report(result) if line.startswith("  dwell")]
-    assert f"{math.degrees(after):.4g}°" in line and f"{math.degrees(before):.4g}°" in line
-    assert ("mm" in line) == (arm is not None)
+    arms = (
+        ["", ""] if arm is None else [f" ({1e3 * arm * after:.4g} mm at the end of the arm)", f" ({1e3 * arm * before:.4g} mm)"]
+    )
+    texts = [f"{math.degrees(angle):.4g}°{at_arm}" for angle, at_arm in zip((after, before), arms, strict=True)]
+    assert line.endswith(f"position off by at most {texts[0]}; with the original cam by {texts[1]}")
+
+
+def test_an_output_that_slides_is_off_its_dwell_by_a_length():
+    law = {"kind": "3-4-5", "stroke": "20 mm", "rise": ["20 deg", "120 deg"], "return": ["160 deg", "300 deg"]}
+    result = answered(CamCorrection(points=36, decimals=3), law=law)
+    s = result.wucht.summary
+    assert s["unit"] == "m" and s["dwell_travel_before"] == s["dwell_error_before"] > 1e-8
+    (line,) = [line for line in wucht.report(result) if line.startswith("  dwell")]
+    assert line.endswith(f"position off by at most 0 mm; with the original cam by {1e3 * s['dwell_error_before']:.4g} mm")
 
 
 def test_a_law_that_never_rests_has_no_position_error():

@@ -2,7 +2,6 @@
 
 import json
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,9 +12,6 @@ from wucht.cams.correction import CorrectedLaw, MotionOverTime, orders, share_ab
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.errors import InputError
 from wucht.numerics.fourier_series import FourierSeries
-from wucht.studies.cam_correction.prepare import measured_acceleration
-from wucht.studies.cam_correction.run import _folded_samples
-from wucht.studies.cam_correction.spec import Acceleration
 from wucht.studies.study_file import run_file
 
 pytestmark = pytest.mark.usefixtures("coarse_angles")
@@ -217,22 +213,34 @@ def test_a_record_that_has_changed_is_told_by_its_name(tmp_path):
 )
 def test_what_is_said_of_the_acceleration(tmp_path, heading, keys, turned):
     write(tmp_path / "record.csv", noise=0.01, heading=f"time [s],speed [rad/s],index [V],{heading}")
-    given = {"file": "record.csv", "column": "acceleration", "zero": ZERO}
-    shaft, orders_fitted = SHAFT, 15
-    found = measured_acceleration(Acceleration(**given, **keys), tmp_path, "rad", orders_fitted, LAW, shaft, 0.0)
-    assert found.comparison.share == pytest.approx(1.0, abs=1e-3) if turned > 0 else found.comparison.share < 0
-    assert found.channel.unit == "rad/s^2"
-    wanted = turned * np.loadtxt(tmp_path / "record.csv", delimiter=",", skiprows=1)[:, 3]
-    assert found.channel.values == pytest.approx(wanted, rel=1e-9)
+    given = {"file": "record.csv", "column": "acceleration", "zero": ZERO, **keys}
+    text = FILE.split("[speed]", maxsplit=1)[0] + COEFFICIENTS
+    result = asked(tmp_path, text, **{"study.acceleration": given})
+    m, recorded = result.wucht.summary["measured"], np.loadtxt(tmp_path / "record.csv", delimiter=",", skiprows=1)[:, 3]
+    assert m["explained_orders"] == pytest.approx(1.0, abs=1e-3) if turned > 0 else m["explained_orders"] < 0
+    assert m["rms"] == pytest.approx(recorded.std(), rel=0.05)
+    assert result.wucht.unit_at("measured.rms") == "rad/s^2"
 
 
 def test_a_unit_of_the_acceleration_that_is_wrong_is_told_at_its_key(tmp_path):
     write(tmp_path / "record.csv")
     with pytest.raises(InputError) as raised:
-        measured_acceleration(
-            Acceleration(file="record.csv", column="acceleration", unit="mm"), tmp_path, "rad", 15, LAW, SHAFT, 0.0
-        )
-    assert raised.value.location == "study.acceleration.unit"
+        asked(tmp_path, **{"study.acceleration": {"file": "record.csv", "column": "acceleration", "unit": "mm"}})
+    assert raised.value.key == "study.acceleration.unit"
+
+
+@pytest.mark.parametrize(("mean_share", "errors", "told"), [(1.1e-3, 30, True), (0.9e-3, 30, False), (3e-3, 2, False)])
+def test_an_order_that_a_record_holds_is_warned_of_where_it_is_significant_and_matters(tmp_path, mean_share, errors, told):
+    """Above a thousandth of the mean speed, and above three standard errors, of which each is sigma sqrt(2/n)."""
+    rng, count, mean = np.random.default_rng(3), 4000, 50.0
+    time, amplitude = np.linspace(0.0, 8 * 2 * math.pi / mean, count), mean_share * mean
+    noise = amplitude / errors / math.sqrt(2 / count) * rng.standard_normal(count)
+    speed = mean + 5 * np.cos(2 * mean * time) + amplitude * np.sin(3 * mean * time) + noise
+    table = np.column_stack([time, speed])
+    np.savetxt(tmp_path / "record.csv", table, delimiter=",", header="time [s],speed [rad/s]", comments="", fmt="%.12g")
+    result = asked(tmp_path, FILE.replace('index = "index"\n', ""), **{"speed.orders": [2]})
+    warnings = [w for w in result.wucht.warnings if w.startswith("Order ") and "is left out, but the record holds" in w]
+    assert [w.split(" of the speed")[0] for w in warnings] == ["Order 3 is left out, but the record holds 0.11 %"] * told
 
 
 @pytest.mark.slow
@@ -252,16 +260,3 @@ def test_a_changed_record_of_the_acceleration_is_another_question(tmp_path):
     record.write_text(record.read_text().replace("1.000000\n", "1.000001\n", 1))
     with refused("--resume", "acc.csv", code="other-question"):
         run_file(file, folder=tmp_path / "out", resume=True)
-
-
-@pytest.mark.parametrize(("count", "shown"), [(1000, 1000), (7001, 3000)])
-def test_of_a_long_record_some_samples_are_shown_of_a_short_one_all(count, shown):
-    """Each once, within a turn from its zero on, about the mean; those of a long one from all of it."""
-    time = np.linspace(1.0, 3.0, count)
-    channel = SimpleNamespace(time=time, values=100.0 + np.arange(count))
-    record = SimpleNamespace(channel=channel, turns=5, comparison=SimpleNamespace(measured_orders=SimpleNamespace(mean=100.0)))
-    tau, values = _folded_samples(SimpleNamespace(measurement=record, zero=0.25))
-    numbers = values.astype(int)
-    assert len(set(numbers.tolist())) == len(values) == shown
-    assert numbers.min() < 20 and numbers.max() > count - 20
-    assert tau == pytest.approx(np.mod(5 * math.pi * (time[numbers] - 0.25), 2 * math.pi), abs=1e-9)

@@ -9,7 +9,7 @@ import pytest
 from tests.refusals import Refusal, refused
 
 from wucht.files.catalogue import load_machine
-from wucht.studies.coast_down import CoastDown, prepare
+from wucht.studies.coast_down import CoastDown
 from wucht.studies.runner import draw, report, run
 
 R1 = "drozdetskaya-2020/r1"
@@ -17,7 +17,8 @@ R1 = "drozdetskaya-2020/r1"
 
 def phases(name: str, **asked: Any) -> dict[str, float]:
     """In degrees, from -180 to 180."""
-    found = prepare(CoastDown(**asked), load_machine(name)).runs[0].phases
+    (case,), _ = CoastDown(**asked).prepare(load_machine(name))
+    found = case.phases
     return {body: float((np.degrees(angle) + 180) % 360 - 180) for body, angle in found.items()}
 
 
@@ -93,7 +94,7 @@ def test_where_steady_phases_are_not_known_it_is_said_why() -> None:
 )
 def test_what_is_refused(start: dict[str, Any], refusal: Refusal) -> None:
     with refusal:
-        prepare(CoastDown(bodies="steady", start=start), load_machine(R1))
+        CoastDown(bodies="steady", start=start).prepare(load_machine(R1))
 
 
 def test_where_exciters_start_is_said() -> None:
@@ -102,3 +103,5 @@ def test_where_exciters_start_is_said() -> None:
     assert "rotors start at e1 28.65°, e2 0°" in held.wucht.assumed
     steady = run(CoastDown(until=0.02, start={"e1": 0.5}), screen)
     assert "rotors start in the stable synchronous configuration e2 -90.4° (averaged equations)" in steady.wucht.assumed
+    assert len(steady.wucht.summary["configurations"]) == 1 and "run_speed" not in steady
+    assert "configuration" not in steady.attrs["sentence"]

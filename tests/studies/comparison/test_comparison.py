@@ -136,6 +136,8 @@ def test_what_holds_for_all_is_refused(study: Study) -> None:
         package.compare([study()], SHORT, {"drive.slope": [-1, -2]})
     with refusals.refused("study.start.p9", code="unknown-key", file="study.toml"):
         package.compare([study()], SHORT, {"study.start.p9": [0.1, 0.2]})
+    with refusals.refused("study.until", file="study.toml"):
+        package.compare([study()], {}, {"study.until": ["1e9 h", "2e9 h"]})
 
 
 @pytest.mark.slow

@@ -44,7 +44,7 @@ def captured(a: Answer, _: Reciter) -> None:
     a.number("lost", None, "nothing", headline=True)
     phases = {"p1": 0.5, "deep": {"p2": 1.5}, "name": "word"}
     a.number("final_phases", phases, "phases", parts={"p1": ("phase", "rad")})
-    a.warn("all")
+    a.warn("w", "all")
     state_speeds(a, 5.0, 4)
 
 
@@ -141,7 +141,7 @@ def test_curves_of_one_kind_are_padded_to_the_longest(result: xr.Dataset) -> Non
 
 
 def test_sentences_common_to_all_are_told_once(result: xr.Dataset) -> None:
-    assert result.wucht.warnings == ["all", "says = 0: w", "says = 2: v"]
+    assert result.wucht.warnings == ["all", "says = 0: w", "says = 1: w", "says = 2: v"]
     assert result.wucht.assumed[-1] == "says = 0: x"
 
 

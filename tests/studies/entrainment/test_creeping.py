@@ -18,8 +18,7 @@ from wucht.dynamics.verdicts.observation import MotionObserver
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.numerics.observers.turns import Samples
-from wucht.studies.entrainment.computation import prepare
-from wucht.studies.entrainment.spec import Entrainment
+from wucht.studies.entrainment.study import Entrainment
 from wucht.studies.runner import run
 
 ROTOR = {"kind": "rotor", "mass": 0.1, "eccentricity": 0.01, "inertia": 2e-5}
@@ -41,7 +40,7 @@ def _exciters() -> Machine:
 @pytest.mark.parametrize(("share", "entrained"), [(0.99, True), (1 + 1e-4, False), (1 + 4e-4, False), (1.01, False)])
 def test_a_run_beyond_the_fold_is_not_entrained(share: float, entrained: bool, sign: float) -> None:
     """It lasts for 320 s: at 1 + 1e-4 times the fold the phase takes 1300 s for a turn, most of it where it would rest."""
-    runs = RunsFromStart(prepare(Entrainment.from_table({"start": START, "until": 10.0, "range": [-0.4, 0.4]}), _exciters()))
+    runs = RunsFromStart(Entrainment.from_table({"start": START, "until": 10.0, "range": [-0.4, 0.4]}).prepare(_exciters()))
     assert runs(sign * share * FOLD, lambda _: None).is_entrained is entrained
 
 

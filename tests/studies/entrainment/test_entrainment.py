@@ -7,7 +7,6 @@ import re
 from bisect import insort
 from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -24,9 +23,7 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, sense_of
-from wucht.studies.entrainment.computation import Findings, prepare
-from wucht.studies.entrainment.dataset import dataset
-from wucht.studies.entrainment.spec import Entrainment
+from wucht.studies.entrainment.study import Entrainment
 from wucht.studies.runner import run
 
 ROTOR = {"kind": "rotor", "mass": 0.1, "eccentricity": 0.01, "inertia": 2e-5}
@@ -103,7 +100,7 @@ REFUSED: list[tuple[Callable[[], Machine], dict[str, Any], str]] = [
 def test_bad_input_is_refused(case: tuple[Callable[[], Machine], dict[str, Any], str]) -> None:
     machine, table, sentence = case[0](), case[1], case[2]
     with pytest.raises(InputError) as raised:
-        prepare(Entrainment.from_table(table), machine)
+        Entrainment.from_table(table).prepare(machine)
     assert sentence in str(raised.value)
 
 
@@ -113,16 +110,16 @@ def test_a_drive_that_prescribes_the_speed_is_refused() -> None:
         "carrier": CARRIER, "bodies": [E1, E2, ROTOR | {"name": "e3"}], "drives": [drive("e1"), drive("e2"), given],
     })  # fmt: skip
     with refused("machine.drive", "e3", given=None):
-        prepare(Entrainment.from_table({}), machine)
+        Entrainment.from_table({}).prepare(machine)
 
 
 def test_a_drive_without_no_load_speed_needs_along() -> None:
     motor = {"on": "e1", "kind": "constant-torque", "torque": 1e-4}
     machine = machine_from({"carrier": SHAKEN, "bodies": [E1 | {"bearing_damping": 1e-5}], "drive": motor})
     with refused("study.along", given=None, code="missing"):
-        prepare(Entrainment.from_table({}), machine)
+        Entrainment.from_table({}).prepare(machine)
     given = Entrainment.from_table({"along": "drive.torque", "range": [0.0, 1e-3]})
-    assert prepare(given, machine).parameter.name == "drive.torque"
+    assert given.prepare(machine).parameter.name == "drive.torque"
 
 
 # The band from the start
@@ -313,13 +310,6 @@ def test_bodies_count_as_released() -> None:
     assert s["phase"] == pytest.approx(s["phase_slow"], abs=1e-3)
 
 
-def test_a_machine_that_cannot_run_reports_why() -> None:
-    wild = bild_2().with_unchecked_values({"rotor.inertia": 1e-300})
-    result = run(Entrainment.from_table({"points": 5}), wild)
-    assert result.attrs["failure"]
-    assert not result.attrs["finished"]
-
-
 STUDY = """\
 [machine]
 use = "sperling-vibration/figure-2a"
@@ -350,18 +340,4 @@ def test_the_command(wucht: Callable[..., Any], here: Path) -> None:
 def test_amplitudes_below_zero_are_refused() -> None:
     machine = load_machine("sperling-vibration/sustained-rotation")
     with refused("study.range[0]", given=-3.0):
-        prepare(Entrainment.from_table({"along": "carrier.motion.amplitude", "range": [-3, 3]}), machine)
-
-
-@pytest.mark.parametrize("mean", [6.2, -6.2])
-def test_the_mean_speed_of_a_locked_motion_has_the_sign_of_the_run(mean: float) -> None:
-    """A motion has its speed in magnitude; it is told as the rotor turns."""
-    plan = prepare(Entrainment.from_table({}), bild_2())
-    own = RunFromStart(
-        plan.parameter.nominal_value, 1.0, 1.0, plan.initial, is_entrained=True, mean_speed=mean, window=(0.0, 1.0)
-    )
-    motion: Any = SimpleNamespace(
-        value=plan.parameter.nominal_value, phases=np.array([0.3]), speed=6.25, multiplier=0.5, stable=True
-    )
-    found = dataset(plan, Findings(nominal_run=own, runs=(own,), motions=(motion,))).wucht.summary
-    assert found["mean_speed"] == math.copysign(6.25, mean)
+        Entrainment.from_table({"along": "carrier.motion.amplitude", "range": [-3, 3]}).prepare(machine)

@@ -13,8 +13,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from wucht.files.catalogue import load_machine
-from wucht.studies.entrainment.figure import _stability_part
-from wucht.studies.entrainment.spec import Entrainment
+from wucht.studies.entrainment.study import Entrainment
 from wucht.studies.runner import draw, run
 
 
@@ -113,11 +112,78 @@ def test_open_bands_are_named_and_shaded_to_the_border(shaken: xr.Dataset) -> No
     assert [box.x0, box.x1] == pytest.approx([5.0, summary["range"][1]])
 
 
-def test_a_phase_that_wraps_goes_to_the_border() -> None:
-    x, y = np.array([0.0, 1.0, 2.0]), np.array([3.0, -3.0, -2.0])
-    at, shown = _stability_part(x, y, np.ones(3, bool), True, math.pi)
-    assert at == pytest.approx([0.0, 0.5, 0.5, 0.5, 1.0, 2.0])
-    assert shown == pytest.approx([3.0, math.pi, math.nan, -math.pi, -3.0, -2.0], nan_ok=True)
+def on_branch(result: xr.Dataset, phases: list[float], stable: list[int], branch: int = 0) -> xr.Dataset:
+    """Three motions of the averaged equations, at 0, 1 and 2 rad/s."""
+    some = {"value": [0.0, 1.0, 2.0], "stable": stable, "branch": [0, 0, branch]}
+    changed = result.isel(point=slice(3)).assign(phase=result.phase[:, :3].copy(data=[phases]))
+    return changed.assign({name: ("point", values, result[name].attrs) for name, values in some.items()})
+
+
+@pytest.mark.parametrize(
+    ("phases", "stable", "goes_on", "share"),
+    [
+        ([3.0, -3.0, -2.0], [1, 1, 1], True, 0.5),
+        ([-2.5, 3.0, 2.0], [1, 1, 1], True, (math.pi - 2.5) / (2 * math.pi - 5.5)),  # downwards
+        # only where both points beside it are drawn
+        ([3.0, -3.0, -2.0], [1, 1, 0], True, 0.5),
+        ([3.0, -3.0, -2.0], [0, 1, 1], False, 0.5),
+        ([3.0, -3.0, -2.0], [1, 0, 1], False, 0.5),
+    ],
+)
+def test_a_phase_that_wraps_goes_to_the_border(
+    shaken: xr.Dataset, phases: list[float], stable: list[int], goes_on: bool, share: float
+) -> None:
+    axis = draw(on_branch(shaken, phases, stable)).axes[0]
+    (line,) = [x for x in axis.get_lines() if x.get_label() == "averaged equations, stable"]
+    assert line.get_xdata() == pytest.approx([0.0, share, share, share, 1.0, 2.0])
+    border = [180.0, math.nan, -180.0] if phases[0] > 0 else [-180.0, math.nan, 180.0]
+    shown = np.asarray(line.get_ydata())
+    assert shown[1:4] == pytest.approx(border if goes_on else [math.nan] * 3, nan_ok=True)
+    assert shown[[0, 4, 5]] == pytest.approx(np.where(stable, np.degrees(phases), math.nan), nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("phases", "stable", "orbit", "top"),
+    [
+        ([0.1, 3.0, 3.1], [1, 0, 1], 0.1, 180),  # around 0
+        ([3.0, 0.1, 0.2], [1, 0, 1], 3.0, 360),  # around 180 degrees
+        ([0.1, 0.1, 0.1], [0, 0, 1], 3.0, 360),
+        ([3.0, 3.0, 3.0], [0, 0, 1], 0.1, 180),
+    ],
+)
+def test_where_the_circle_of_phases_is_cut(
+    shaken: xr.Dataset, phases: list[float], stable: list[int], orbit: float, top: float
+) -> None:
+    """Of rotors without a vibration: away from the stable phases of the main branch and from those of locked motions."""
+    bare = on_branch(shaken, phases, stable, branch=1).isel(orbit=slice(1))
+    bare = bare.assign(orbit_phase=bare.orbit_phase.copy(data=[[orbit]])).assign_attrs(
+        {name: value for name, value in shaken.attrs.items() if name != "frequency"}
+    )
+    del bare.attrs["frequency"]
+    assert draw(bare).axes[0].get_ylim() == pytest.approx((top - 360, top))
+
+
+def test_several_bodies_have_lines_of_their_own(shaken: xr.Dataset) -> None:
+    other = shaken.assign(phase=shaken.phase - 0.5).assign_coords(body=["e3"])
+    both = xr.concat([shaken, other], "body", data_vars="minimal", combine_attrs="override")
+    axis = draw(both).axes[0]
+    shown = {str(x.get_label()): np.asarray(x.get_ydata()) for x in axis.get_lines()}
+    stable = shaken.stable.values.astype(bool)
+    for name, ahead in (("rotor", 0.0), ("e3", -0.5)):
+        heights = shown[f"{name}: averaged, stable"]
+        expected = np.degrees(shaken.phase.values[0][stable] + ahead)
+        assert {round(h, 6) for h in expected if abs(h) < 180} <= {round(h, 6) for h in heights if math.isfinite(h)}
+        assert len(shown[f"{name}: full, periodic"]) == shaken.sizes["orbit"]
+
+
+def test_an_interrupted_study_is_drawn_as_far_as_it_has_come(shaken: xr.Dataset) -> None:
+    """A single run: a unit to either side of it."""
+    own = shaken.isel(point=slice(0, 0), orbit=slice(0, 0), run=shaken.run_value.values == 5.5)
+    none = dict.fromkeys(("existence_band", "band_from_rest", "range", "branch"))
+    own.attrs = shaken.attrs | {"summary": json.dumps(shaken.wucht.summary | none), "finished": 0}
+    assert draw(own).axes[0].get_xlim() == pytest.approx((4.44, 6.56))
+    away = own.assign_attrs(summary=json.dumps(own.wucht.summary | {"value": 3.5}))
+    assert draw(away).axes[0].get_xlim() == pytest.approx((3.44, 5.56))
 
 
 def test_speeds_of_a_clockwise_rotor_are_drawn_as_sizes(shaken: xr.Dataset) -> None:

@@ -19,7 +19,7 @@ from wucht.machines.machine import Machine
 from wucht.results import output_folder
 from wucht.results.output_folder import load_result
 from wucht.studies import runner
-from wucht.studies.entrainment.spec import Entrainment
+from wucht.studies.entrainment.study import Entrainment
 from wucht.studies.runner import run
 
 WORK = {"runs": (RunsFromStart, "__call__"), "branches": (Continuation, "follow_branch"), "motions": (LockedMotions, "motion")}
@@ -171,7 +171,8 @@ def test_it_can_be_stopped_within_a_run() -> None:
 
     result = run(Entrainment.from_table({"until": 3000.0}), bild_2(), progress=report)
     assert result.attrs["finished"] == 0
-    assert result.wucht.summary["outcome"] == "unidentified"
+    assert result.wucht.summary["outcome"] == "unidentified" and result.sizes["run"] == 0
+    assert [line.split()[0] for line in runner.report(result)[2:4]] == ["parameter", "assumed"]
 
 
 def test_progress_rises_to_its_end_and_results_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

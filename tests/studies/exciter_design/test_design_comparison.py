@@ -10,7 +10,7 @@ import xarray as xr
 
 import wucht
 from wucht.studies.exciter_design.spec import ExciterDesign
-from wucht.studies.load_spectrum.spec import LoadSpectrum
+from wucht.studies.load_spectrum.study import LoadSpectrum
 
 TARGET = [["0.7 mm", 2e6], ["1.0 mm", 1.4e6], ["1.4 mm", 6e5], ["1.7 mm", 2.5e5], ["1.9 mm", 4e4]]
 SMALL: dict[str, Any] = {

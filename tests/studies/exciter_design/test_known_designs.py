@@ -9,7 +9,7 @@ import pytest
 
 import wucht
 from wucht.studies.exciter_design.spec import ExciterDesign
-from wucht.studies.load_spectrum.spec import LoadSpectrum
+from wucht.studies.load_spectrum.study import LoadSpectrum
 
 SMALL: dict[str, Any] = {
     "signal": "displacement", "direction": "x", "reach": 8, "evaluations": 16, "population": 8, "candidates": 2, "polish": 24,

@@ -9,8 +9,6 @@ from test_failing_machine import LINE, SENSOR, START, WHOLE, exciter, failed
 import wucht
 from interrupting import assert_same, stop_at
 from wucht.measurements.cusum import Cusum
-from wucht.results.store import to_json
-from wucht.studies.failure_detection.dataset import duration_in_words, readings_in_words
 from wucht.studies.runner import draw, report
 from wucht.studies.study_file import read_study
 
@@ -129,6 +127,9 @@ def test_a_gradual_loss(remaining, cycles, fails):
         assert s["damage"] < 0.5 and s["after"]["speed"] > 180
         assert 0 < s["delay"]["half"] <= s["delay"]["nearly_all"] < 10
         assert result["alarm_time"].attrs["long_name"] == "time since the chart begins"
+        seen = f"detected {s['delay']['mean']:.4g} s after the chart begins on average"
+        assert result.wucht.sentence.startswith(f"the specimen does not fail: damage {s['damage']:.4g}, the speed changes by")
+        assert result.wucht.sentence.endswith(seen) and "after the chart begins on average; half" in "".join(report(result))
 
 
 @pytest.mark.slow
@@ -169,18 +170,6 @@ def test_a_failure_that_the_chart_does_not_see():
     result = failed(unseen, until=80.0, after=20.0, sensor=sensor)
     assert result.wucht.summary["delay"]["mean"] == pytest.approx(3600.0, rel=0.005)
     assert any("hardly any sooner than a false one" in w for w in result.wucht.warnings)
-
-
-def test_what_is_not_known_is_said_with_the_horizon(catalogue):
-    """Of a result without it, such as one of before: how far it is known, in readings and in time."""
-    s, short = catalogue.wucht.summary, catalogue.isel(alarm=slice(0, 2))
-    short.attrs["summary"] = to_json(s | {"delay": dict.fromkeys(("mean", "half", "nearly_all"))}, None)
-    horizon = "within 2 readings, 1 s"
-    assert any(
-        line.endswith(f"not with certainty; half of them not {horizon}, 19 of 20 not {horizon}") for line in report(short)
-    )
-    assert readings_in_words(200_000, 1e5, "s") == "within 200,000 readings, 100000 s (27.8 h)"
-    assert duration_in_words(17260.3, "s") == "17260 s (4.79 h)" and duration_in_words(12.0, "") == "12"
 
 
 @pytest.mark.slow

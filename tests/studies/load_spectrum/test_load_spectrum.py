@@ -9,18 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyuff
-import xarray as xr
-from matplotlib.figure import Figure
 from pylife.stress.rainflow import FourPointDetector, LoopValueRecorder
 from scipy.interpolate import CubicHermiteSpline
 from scipy.io import wavfile
 
 import wucht
-from wucht.fatigue.counting import level_crossings, rainflow
-from wucht.studies.load_spectrum import computation
-from wucht.studies.load_spectrum import figure as load_figure
-from wucht.studies.load_spectrum.computation import Records
-from wucht.studies.load_spectrum.computation import _sampling_warnings as samples_warning
+from wucht.fatigue.counting import rainflow
 from wucht.studies.runner import draw, report
 from wucht.studies.study_file import read_study
 
@@ -35,7 +29,7 @@ def write(folder: Path, values: np.ndarray, heading: str = "time [s],force [kN]"
 
 def counted(folder: Path, **keys):
     signal = keys.pop("signal", {"file": "record.csv", "column": "force"})
-    return wucht.run(wucht.LoadSpectrum(signal=signal, **keys), Records(folder))
+    return wucht.run(wucht.LoadSpectrum(signal=signal, **keys), wucht.Records(folder))
 
 
 def ranges(summary) -> dict[float, float]:
@@ -145,6 +139,8 @@ def test_many_ranges_are_put_into_classes(tmp_path):
     assert result["damage"].values.sum() == pytest.approx(s["damage"])
     assert any("more than 1000 different ranges" in w for w in result.wucht.warnings)
     assert any("samples a cycle" in w for w in result.wucht.warnings)
+    at_levels = counted(tmp_path, counting="level-crossing")
+    assert len(at_levels.wucht.warnings) == 1, "levels have a distance, which nobody is warned of"
     assert result["cumulative"].values[0] == pytest.approx(s["cycles"])
     assert result["matrix"].values.sum() == pytest.approx(s["cycles"])
 
@@ -234,9 +230,12 @@ def test_a_dimensionless_machine_and_its_averaged_equations():
     for model, name in (("full", "displacement"), ("slow", "slow_amplitude")):
         asked = given | {"study.kind": "load-spectrum", "study.after": 500, "study.model": model}
         study = read_study("drozdetskaya-2020/table-5.1", asked)
-        s = wucht.run(study.spec, study.subject).wucht.summary
+        result = wucht.run(study.spec, study.subject)
+        s = result.wucht.summary
         largest.append(s["largest_range"] / 2)
-        assert s["unit"] == ""
+        assert s["unit"] == "" and result.course_time.attrs["units"] == ""
+        _, _, signal, *told = report(result)
+        assert signal.endswith(" to 1500") and not [line for line in told if line.split()[0] in ("damage", "life")]
         if model == "full":
             assert s["cycles"] == pytest.approx(float(np.ptp(angle)) / (2 * math.pi), abs=1.0)
         peak = np.abs(turned[name].values[..., turned.time.values > 500]).max()
@@ -254,44 +253,3 @@ def test_the_command_line_answers_a_record(wucht, here):
     assert told["machine"] == "Specimen 4"
     assert told["summary"]["cycles"] == 4.0
     assert (here / "out" / "load-spectrum.png").is_file()
-
-
-def test_levels_in_the_middle_of_a_hundred_classes_or_at_multiples_of_a_width() -> None:
-    values = np.array([2.0, 12.0, 5.0])
-    levels = computation._levels(values, None, None)
-    assert len(levels) == 100 and levels[[0, 1, -1]] == pytest.approx([2.05, 2.15, 11.95])
-    assert computation._levels(values, 4.0, None).tolist() == [4.0, 8.0, 12.0], "an end that is a multiple belongs to them"
-    assert computation._levels(values, 4.0, 1.0).tolist() == [5.0, 9.0]
-    assert computation._levels(values, 5.0, 2.0).tolist() == [2.0, 7.0, 12.0]
-
-
-def test_no_level_is_lost_by_rounding() -> None:
-    """0.3/0.1 is a little less than 3, and 3 times 0.1 a little more than 0.3: the level at the end is crossed all the same."""
-    values = np.array([0.0, 0.3, 0.0])
-    assert computation._levels(values, 0.1, None) == pytest.approx([0.0, 0.1, 0.2, 0.3])
-    assert level_crossings(values, computation._levels(values, 0.1, None)).tolist() == [0, 1, 1, 1]
-    assert computation._levels(-values, 0.1, None) == pytest.approx([-0.3, -0.2, -0.1, 0.0])
-
-
-def test_bars_stand_over_amplitudes_and_bear_what_each_does_of_the_damage() -> None:
-    """Half a range is an amplitude; without damage the cycles are counted."""
-    units = {"units": "N", "long_name": "range"}
-    rows = {"range": ("range", [2.0, 20.0], units), "count": ("range", [30.0, 10.0]), "damage": ("range", [1.0, 3.0])}
-    for damage, heights in ((True, [0.25, 0.75]), (False, [30.0, 10.0])):
-        attributes = {"summary": '{"class_width": null}', "sentence": "", "warnings": "[]", "failure": ""}
-        result = xr.Dataset({k: v for k, v in rows.items() if damage or k != "damage"}, attrs=attributes)
-        axis = Figure().subplots()
-        load_figure._bars(axis, result)
-        bars = [b for b in axis.patches if b.get_height() > 0]
-        assert [b.get_height() for b in bars] == pytest.approx(heights)
-        assert bars[0].get_x() <= 1.0 < bars[0].get_x() + bars[0].get_width()
-        assert bars[1].get_x() + bars[1].get_width() == pytest.approx(10.0)
-        assert axis.get_ylabel() == ("share of the damage" if damage else "cycles")
-
-
-def test_how_many_samples_a_cycle_has() -> None:
-    """Extremes fall between the samples of a record with 8 samples a cycle, not of one with 40."""
-    few, many = (np.sin(2 * np.pi * np.arange(800) / n + 0.1) for n in (8, 40))
-    (warning,) = samples_warning(few)
-    assert "the record has 8.0 samples a cycle" in warning
-    assert samples_warning(many) == () == samples_warning(np.sin(2 * np.pi * np.arange(800) / 15 + 0.1))

@@ -2,38 +2,35 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
-from tests.hand_made import answered, drawn, titled
 from tests.refusals import refused
 
 import wucht
-from wucht.dynamics.run_ups.machine_signals import LoadHistory
-from wucht.fatigue.damage import WoehlerLine
-from wucht.studies.load_spectrum import computation, dataset
-from wucht.studies.load_spectrum import figure as load_figure
 
-TIME = np.array([0.0, 2.0, 3.0, 4.0, 6.0, 8.0, 9.0, 10.0])
+TIME = np.array([0.0, 2.0, 3.0, 4.0, 6.0, 8.0, 9.0, 12.0])
 VALUES = np.array([100.0, 0.0, 10.0, 2.0, 8.0, -2.0, 6.0, 0.0])  # counted from 2 s on; the first half ends at 7 s
 CYCLES = {(6.0, 5.0): 1.0, (10.0, 5.0): 0.5, (12.0, 4.0): 0.5, (8.0, 2.0): 0.5, (6.0, 3.0): 0.5}  # range, mean: 2 to 8 closes
 DAMAGES = 1e-2 * np.array([1.5 * 0.6**4, 0.5 * 0.8**4, 0.5, 0.5 * 1.2**2])  # slope 2, below the knee 4
 DAMAGE_OF_HALF = 1e-2 * 0.5 * (0.6**4 + 0.8**4 + 1.0)
 
 
-def plan(line: WoehlerLine | None = None, case: Any = None, **keys: Any) -> Any:
-    spec = wucht.LoadSpectrum(signal={"file": "record.csv"}, **keys)
-    signal: Any = SimpleNamespace(unit="N", name="force of the rod")
-    return computation.Plan(spec, signal, case, None, None, line, ("a doubt",))
+def counted(
+    folder: Path, time: np.ndarray, values: np.ndarray, heading: str = "force of the rod [N]", **keys: Any
+) -> xr.Dataset:
+    rows = "\n".join(f"{t!r},{x!r}" for t, x in zip(time.tolist(), values.tolist(), strict=True))
+    (folder / "record.csv").write_text(f"time [s],{heading}\n{rows}\n", encoding="utf-8")
+    return wucht.run(wucht.LoadSpectrum(signal={"file": "record.csv"}, **keys), wucht.Records(folder))
 
 
 @pytest.fixture(scope="module")
-def result() -> xr.Dataset:
-    line = WoehlerLine(2.0, 100.0, 5.0, 4.0)
-    return dataset.dataset(plan(line, after=2.0), LoadHistory(TIME, VALUES, 12.0))
+def result(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
+    line = {"k": 2.0, "ND": 100.0, "SD": 5.0, "k2": 4.0}
+    return counted(tmp_path_factory.mktemp("record"), TIME, VALUES, after=2.0, woehler=line)
 
 
 def test_every_range_has_its_cycles_their_mean_and_damage(result: xr.Dataset) -> None:
@@ -44,7 +41,8 @@ def test_every_range_has_its_cycles_their_mean_and_damage(result: xr.Dataset) ->
     assert result.half_cumulative.values.tolist() == [3.0, 2.0, 1.0, 0.0], "0, 10, 2, 8 has half cycles of 10, 8 and 6"
     assert result.damage.values == pytest.approx(DAMAGES)
     assert [result.attrs["signal"], result.range.attrs["units"]] == ["Force of the rod", "N"]
-    counts = result.matrix.transpose("range_class", "mean_class").values
+    assert result.course_time.attrs["units"] == result.counted_from.attrs["units"] == "s"
+    counts = result["matrix"].transpose("range_class", "mean_class").values
     at = {
         (float(result.range_class[i]), float(result.mean_class[j])): counts[i, j]
         for i, j in zip(*np.nonzero(counts), strict=True)
@@ -74,150 +72,88 @@ def test_the_summary(result: xr.Dataset) -> None:
     assert s["spectrum"][1] == {"range": 8.0, "mean": 2.0, "count": 0.5}
     assert [float(result[f"woehler_{key}"]) for key in ("k", "ND", "SD", "k2")] == [2.0, 100.0, 5.0, 4.0]
     assert s["sentence"] == f"3 cycles, the largest of range 12 N; damage {damage:.4g}"
-    assert result.wucht.warnings == ["a doubt"], "how far a record repeats itself is not a doubt about it"
+    assert result.wucht.warnings == [], "how far a record repeats itself is not a doubt about it"
 
 
-def test_without_a_line_a_start_or_a_cycle() -> None:
-    s = dataset.dataset(plan(), LoadHistory(TIME + 1.0, VALUES, 12.0)).wucht.summary
-    assert (s["begin"], s["half"], s["max"]) == (1.0, 6.5, 100.0), "from the first sample on"
+def test_the_lines_of_the_report(result: xr.Dataset, tmp_path: Path) -> None:
+    damage, of_half = DAMAGES.sum(), 2 * DAMAGE_OF_HALF / DAMAGES.sum() - 1
+    assert wucht.report(result)[2:] == [
+        "  signal       Force of the rod, from 2 to 12 s",
+        "  counting     rainflow; the residue counts as half cycles",
+        "  between      -2 and 10 N",
+        "  range        12 N, mean 4 N: 0.5",
+        "               10 N, mean 5 N: 0.5",
+        "               8 N, mean 2 N: 0.5",
+        "               6 N, mean 4.3333 N: 1.5",
+        f"  damage       {damage:.5g}",
+        f"  life         {1 / damage:.5g} repetitions, {10 / damage:.5g} s ({10 / damage / 3600:.4g} h)",
+        f"  convergence  doubling the first half changes the counts by 16.67 % of all cycles, and the damage by "
+        f"{100 * abs(of_half):.2f} %",
+    ]
+    growing = np.array([0.0, 1.0, -1.0, 2.0, -2.0, 3.0, -3.0, 4.0, -4.0])
+    many = wucht.report(counted(tmp_path, np.arange(9.0), growing, "x", residue="repeat"))
+    assert many[3:5] == [
+        "  counting     rainflow; the history is repeated, so that all cycles close",
+        "  between      -4 and 4",
+    ]
+    assert not [line for line in many if "damage" in line or "machine" in line or "smaller" in line]
+    assert wucht.report(counted(tmp_path, np.arange(9.0), growing, "x"))[-2] == "               and 2 smaller ones"
+
+
+def test_without_a_line_a_start_or_a_cycle(tmp_path: Path) -> None:
+    s = counted(tmp_path, TIME + 1.0, VALUES).wucht.summary
+    assert (s["begin"], s["half"], s["max"]) == (1.0, 7.0, 100.0), "from the first sample on"
     assert [s[key] for key in ("damage", "repetitions", "life")] == [None] * 3 and "damage_of_half" not in s
-    empty = dataset.dataset(plan(after=11.0), LoadHistory(TIME, VALUES, 12.0))
+    empty = counted(tmp_path, np.append(TIME, 13.0), np.append(VALUES, 0.0), after=12.5)
     s = empty.wucht.summary
     assert (s["cycles"], s["largest_range"], s["min"], s["max"], s["turning_points"]) == (0.0, 0.0, None, None, 0)
     assert s["sentence"] == "there is no cycle to count"
-    assert any("after study.after = 11" in w and "ends at 12" in w for w in empty.wucht.warnings)
-    none = dataset.dataset(plan(), LoadHistory(np.empty(0), np.empty(0), 3.0))
-    assert (none.wucht.summary["begin"], none.wucht.summary["end"]) == (0.0, 3.0)
-
-
-@pytest.mark.parametrize(("of_machine", "unit"), [(None, "s"), ("s", "s"), ("", "")])
-def test_the_time_of_the_course_has_the_unit_of_the_machine(of_machine: str | None, unit: str) -> None:
-    """None where a machine is dimensionless; of a record it is in seconds."""
-    case = None if of_machine is None else SimpleNamespace(machine=SimpleNamespace(units=SimpleNamespace(time=of_machine)))
-    made = {q.name: q.unit for q in dataset._signal_quantities(plan(case=case), LoadHistory(TIME, VALUES, 12.0), VALUES)}
-    assert (made["course_time"], made["counted_from"]) == (unit, unit)
-
-
-def test_a_long_signal_is_drawn_with_the_least_and_greatest_value_of_each_of_200_intervals() -> None:
-    time = np.sort(np.random.default_rng(1).uniform(5.0, 25.0, 2000))
-    time[0] = 5.0
-    values = np.random.default_rng(2).standard_normal(2000)
-    values[time > 20.0] += 3.0
-    result = xr.Dataset(
-        {
-            q.name: (q.dimensions.split(), q.value)
-            for q in dataset._signal_quantities(plan(), LoadHistory(time, values, 25.0), values)
-            if q.dimensions
-        }
-    )
-    middles = 5.0 + 0.1 * (np.arange(200) + 0.5)
-    inside = [values[(time >= m - 0.05) & (time < m + 0.05)] for m in middles]
-    kept = [k for k, part in enumerate(inside) if len(part)]
-    assert result.course_time.values == pytest.approx(middles[kept])
-    assert result.lowest.values == pytest.approx([inside[k].min() for k in kept])
-    assert result.highest.values == pytest.approx([inside[k].max() for k in kept])
-    fine = 5.0 + 20.0 * (np.arange(400_000) + 0.5) / 400_000
-    means = np.interp(fine, time, values).reshape(200, -1).mean(axis=1)
-    assert result.average.values == pytest.approx(means[kept], abs=2e-3), "of straight lines through the turning points"
+    assert any("after study.after = 12.5" in w and "ends at 13" in w for w in empty.wucht.warnings)
+    assert [line.split()[0] for line in wucht.report(empty)[2:]] == ["signal", "counting"]
 
 
 @pytest.mark.parametrize(
-    ("spectrum", "damage", "doubted"),
-    [(0.04, 0.04, False), (0.06, 0.0, True), (0.0, 0.06, True), (0.0, -0.06, True), (0.06, None, True), (0.04, None, False)],
+    ("keys", "doubt"),
+    [
+        ({"until": 5.0, "after": 2.0}, None),
+        ({"until": 8.0, "after": 2.0}, "counts change by 6.7 % of all cycles; run longer"),
+        ({"until": 5.0, "after": 2.0, "woehler": {"k": 4, "ND": 1e6, "SD": "1 mm"}}, None),
+        (
+            {"until": 5.0, "after": 2.0, "woehler": {"k": 80, "ND": 1e6, "SD": "1 mm"}},
+            "4.4 % of all cycles, and the damage by ",
+        ),
+    ],
 )
 def test_a_run_up_is_not_converged_where_its_second_half_changes_more_than_five_percent(
-    spectrum: float, damage: float | None, doubted: bool
+    keys: dict[str, Any], doubt: str | None
 ) -> None:
-    load: Any = SimpleNamespace(cycles=SimpleNamespace(total=3.0), class_width=None)
-    convergence = {"spectrum": spectrum, "damage": damage}
-    run_up = LoadHistory(TIME, VALUES, 12.0, SimpleNamespace(advice="run longer"))  # type: ignore[arg-type]
-    told = dataset._warnings(plan(), run_up, load, convergence)
-    assert [w for w in told if "not converged" in w] == told[2:] and len(told[2:]) == doubted
-    assert told[:2] == ["a doubt", "run longer"]
-    if doubted and damage:
-        assert f"change by {100 * spectrum:.1f} % of all cycles, and the damage by 6.0 %" in told[-1]
-    assert dataset._warnings(plan(), LoadHistory(TIME, VALUES, 12.0), load, convergence) == ["a doubt"]
+    """Its counts, by 4.4 % and 6.7 %, or its damage."""
+    machine = wucht.load_machine("drozdetskaya-2020/r1")
+    result = wucht.run(wucht.LoadSpectrum(start={"p1": 0.3, "p2": -0.5}, **keys), machine)
+    told = [w for w in result.wucht.warnings if "not converged" in w]
+    assert len(told) == (doubt is not None) and all(doubt in w for w in told if doubt)
 
 
-def test_warnings_of_the_run_up_are_passed_on_but_not_that_samples_are_few() -> None:
-    case = SimpleNamespace(
-        horizon=SimpleNamespace(warnings=("only 20 samples a turn are stored", "a long run")),
-        models=[SimpleNamespace(warnings=("of the model",))],
-    )
-    load: Any = SimpleNamespace(cycles=SimpleNamespace(total=3.0), class_width=0.25)
-    findings = LoadHistory(TIME, VALUES, 12.0, None, "it broke off")
-    told = dataset._warnings(plan(case=case), findings, load, {"spectrum": 0.0, "damage": None})
-    assert told[:4] == ["a doubt", "a long run", "of the model", "it broke off"]
-    assert len(told) == 5 and "classes of 0.25 N" in told[4]
-    levels = dataset._warnings(plan(counting="level-crossing"), findings, load, {"spectrum": 0.0, "damage": None})
-    assert levels == ["a doubt", "it broke off"], "levels have a distance, which nobody is warned of"
-
-
-def test_the_lines_of_the_report() -> None:
-    rows = [{"range": float(k), "mean": k / 10, "count": k / 2} for k in range(1, 9)]
-    given: dict[str, Any] = {
-        "unit": "mm", "begin": 1.5, "end": 20.0, "outcome": "compensated", "counting": "peaks", "residue": "repeat",
-        "cycles": 18.0, "min": -3.0, "max": 5.0, "spectrum": rows, "damage": 0.25, "life": 7200.0, "repetitions": 4.0,
-        "convergence": {"spectrum": 0.125, "damage": -0.25},
-    }  # fmt: skip
-
-    def told(dimensionless: bool = False, **other: Any) -> list[str]:
-        made = answered(xr.Dataset(), given | other, "as by hand", dimensionless=dimensionless).assign_attrs(signal="Force")
-        return dataset.report(titled(made, dimensionless))[2:]
-
-    assert told() == [
-        "  signal       Force, from 1.5 to 20 s",
-        "  machine      compensated",
-        "  counting     peaks; the history is repeated, so that all cycles close",
-        "  between      -3 and 5 mm",
-        "  range        8 mm, mean 0.8 mm: 4",
-        *(f"               {k} mm, mean 0.{k} mm: {k / 2:.10g}" for k in range(7, 2, -1)),
-        "               and 2 smaller ones",
-        "  damage       0.25",
-        "  life         4 repetitions, 7200 s (2 h)",
-        "  convergence  doubling the first half changes the counts by 12.50 % of all cycles, and the damage by 25.00 %",
-    ]
-    bare = told(
-        True, unit="", outcome=None, spectrum=rows[:6], damage=None, life=7200.0, convergence={"spectrum": 0.5, "damage": None}
-    )
-    assert bare[0] == "  signal       Force, from 1.5 to 20" and bare[2] == "  between      -3 and 5"
-    assert [line for line in bare if "life" in line] == ["  life         4 repetitions, 7200"]
-    assert not [line for line in bare if "smaller" in line or "machine" in line or "damage" in line]
-    assert [line.split()[0] for line in told(cycles=0.0)] == ["signal", "machine", "counting", "damage", "life"]
-
-
-def test_classes_are_at_most_ten_thousand_of_the_whole_span() -> None:
-    values = np.array([-30.0, 10.0, 70.0])
-    computation.check_width(values, 0.01)
-    computation.check_width(values, None)
-    computation.check_width(np.empty(0), 1e-9)
+def test_classes_are_at_most_ten_thousand_of_the_whole_span(tmp_path: Path) -> None:
+    time, values = np.arange(3.0), np.array([-30.0, 70.0, 10.0])
+    assert counted(tmp_path, time, values, class_width=0.01).wucht.summary["class_width"] == 0.01
     with refused("study.class_width", "0.01", "100", given=0.0099):
-        computation.check_width(values, 0.0099)
+        counted(tmp_path, time, values, class_width=0.0099)
 
 
-def test_more_than_a_thousand_ranges_get_a_hundred_classes() -> None:
-    def counted(number: int, width: float | None = None) -> Any:
-        return computation.count_load(
-            plan()
-            if width is None
-            else computation.Plan(
-                plan().spec, SimpleNamespace(unit="N", name="f"), None, None, width, None, ()  # type: ignore[arg-type]
-            ),
-            np.repeat(np.arange(1, number + 2), 1) * np.resize([1.0, -1.0], number + 1),
-        )  # fmt: skip
-
-    few, many = counted(1000), counted(1001)
-    assert few.class_width is None and len(few.rows.ranges) == 1000
-    assert many.class_width == pytest.approx(2003 / 100) and len(many.rows.ranges) <= 101
-    assert counted(1001, 400.0).class_width == 400.0 and len(counted(1001, 400.0).rows.ranges) == 6
+@pytest.mark.parametrize(("samples", "is_doubted"), [(8, True), (15, False), (40, False)])
+def test_how_many_samples_a_cycle_has(tmp_path: Path, samples: int, is_doubted: bool) -> None:
+    """Extremes fall between the samples of a record with 8 samples a cycle, not of one with 15."""
+    result = counted(tmp_path, np.arange(800.0), np.sin(2 * np.pi * np.arange(800) / samples + 0.1))
+    assert ["the record has 8.0 samples a cycle" in w for w in result.wucht.warnings] == [True] * is_doubted
 
 
 def test_what_each_panel_shows(result: xr.Dataset) -> None:
-    cumulative, matrix, course, bars = drawn("load-spectrum", titled(result)).axes[:4]
-    counted, twice, woehler = cumulative.lines
+    cumulative, matrix, course, bars = wucht.draw(result).axes[:4]
+    counted_line, twice, woehler = cumulative.lines
     assert [x.get_label() for x in cumulative.lines] == ["counted", "twice the first half", "S-N curve"]
-    assert np.asarray(counted.get_xdata()).tolist() == [0.25, 0.5, 1.0, 1.5, 3.0], "from half of the least number on"
-    assert np.asarray(counted.get_ydata()).tolist() == [6.0, 5.0, 4.0, 3.0, 3.0]
+    assert np.asarray(counted_line.get_xdata()).tolist() == [0.25, 0.5, 1.0, 1.5, 3.0], "from half of the least number on"
+    assert np.asarray(counted_line.get_ydata()).tolist() == [6.0, 5.0, 4.0, 3.0, 3.0]
     assert np.asarray(twice.get_xdata()).tolist() == [0.25, 0.25, 1.0, 2.0, 3.0]
     lives, amplitudes = np.asarray(woehler.get_xdata()), np.asarray(woehler.get_ydata())
     assert amplitudes[-1] == pytest.approx(7.5) and lives[0] == pytest.approx(1000.0, rel=0.1), "to ten times the knee"
@@ -232,59 +168,54 @@ def test_what_each_panel_shows(result: xr.Dataset) -> None:
     assert np.asarray(course.lines[0].get_xdata()).tolist() == TIME.tolist()
     assert np.asarray(course.lines[0].get_ydata()).tolist() == VALUES.tolist()
     assert list(np.asarray(course.lines[-1].get_xdata())) == [2.0, 2.0]
-    heights = [b.get_height() for b in bars.patches if b.get_height() > 0]
-    assert heights == pytest.approx(DAMAGES / DAMAGES.sum())
+    standing = [bar for bar in bars.patches if bar.get_height() > 0]
+    assert [bar.get_height() for bar in standing] == pytest.approx(DAMAGES / DAMAGES.sum())
+    for bar, amplitude in zip(standing, (3.0, 4.0, 5.0, 6.0), strict=True):
+        assert bar.get_x() - 1e-9 <= amplitude <= bar.get_x() + bar.get_width() + 1e-9
+
+
+def test_the_scales_of_the_panels_are_named(result: xr.Dataset, tmp_path: Path) -> None:
+    names = {"cumulative spectrum": ("cumulative cycles", "amplitude"), "range-mean matrix": ("mean", "range")}
+    axes = wucht.draw(result).axes
+    for axis, (title, (x, y)) in zip(axes[:2], names.items(), strict=True):
+        assert (axis.get_title(), axis.get_xlabel().split(" (")[0], axis.get_ylabel().split(" (")[0]) == (title, x, y)
+    assert axes[2].get_ylabel().startswith("signal") and axes[3].get_xlabel().startswith("amplitude")
+    assert (axes[3].get_title(), axes[3].get_ylabel()) == ("share of the damage, by amplitude", "share of the damage")
+    undamaged = wucht.draw(counted(tmp_path, TIME, VALUES, after=2.0)).axes[3]
+    assert (undamaged.get_title(), undamaged.get_ylabel()) == ("cycles, by amplitude", "cycles")
+    assert sum(bar.get_height() for bar in undamaged.patches) == pytest.approx(3.0)
+    assert len(undamaged.patches) == 40
 
 
 @pytest.mark.parametrize("width", [0.5, 0.11])
-def test_a_histogram_has_no_holes_beside_classes_that_have_cycles(width: float) -> None:
+def test_a_histogram_has_no_holes_beside_classes_that_have_cycles(tmp_path: Path, width: float) -> None:
     """Amplitudes in every class from 3 to 11, of which 72 are too many for bars."""
-    counted = np.arange(3.0, 11.0, width)
-    edges = load_figure._amplitude_classes(counted, width)
-    bars, _ = np.histogram(counted, edges)
-    assert bars.sum() == len(counted) and (bars > 0).all() and len(bars) <= 40
+    amplitudes = np.arange(3.0, 11.0, width)
+    values = np.repeat(amplitudes, 2) * np.resize([1.0, -1.0], 2 * len(amplitudes))
+    result = counted(tmp_path, np.arange(float(len(values))), values, counting="range-pair", class_width=2 * width)
+    bars = [bar.get_height() for bar in wucht.draw(result).axes[3].patches]
+    assert sum(bars) == result.wucht.summary["cycles"] and min(bars) > 0 and len(bars) <= 40
     assert len(set(bars[:-1])) == 1, "each has as many classes"
-    assert edges[0] == pytest.approx(3.0 - width / 2)
-    assert len(load_figure._amplitude_classes(counted, None)) == 41
 
 
 @pytest.mark.parametrize("cycles", [200, 2000])
-def test_a_signal_of_many_cycles_is_drawn_as_its_mean_with_its_range(result: xr.Dataset, cycles: int) -> None:
+def test_a_signal_of_many_cycles_is_drawn_as_its_mean_with_its_range(tmp_path: Path, cycles: int) -> None:
     """Whether all turning points are known, or the least and greatest value of intervals: no dark block, and a line in it."""
     time = np.linspace(0.0, 10.0, 2 * cycles + 1)
-    values = 3.0 + np.where(np.arange(len(time)) % 2, 2.0, -2.0)
-    quantities = dataset._signal_quantities(plan(), LoadHistory(time, values, 10.0), values)
-    course = {q.name: (q.dimensions, q.value) for q in quantities if q.dimensions}
-    of_signal = {name: (dims, value, result[name].attrs) for name, (dims, value) in course.items()}
-    made = result.drop_dims("part").assign(of_signal).assign_coords(course_time=of_signal.pop("course_time"))
-    axis = drawn("load-spectrum", titled(made)).axes[2]
+    result = counted(tmp_path, time, 3.0 + np.where(np.arange(len(time)) % 2, 2.0, -2.0))
+    axis = wucht.draw(result).axes[2]
     mean, band = axis.lines[0], axis.collections[0]
     assert (mean.get_label(), band.get_label()) == ("mean", "least to greatest")
     assert np.asarray(mean.get_ydata()) == pytest.approx(3.0, abs=0.2)
     _, up = band.get_datalim(axis.transData).get_points().T
     assert up == pytest.approx([1.0, 5.0], abs=0.2) and band.get_alpha() < 0.5
-    former = drawn("load-spectrum", titled(made.drop_vars("average"))).axes[2]
+    former = wucht.draw(result.drop_vars("average").assign_attrs(contents="[]")).axes[2]
     assert former.collections[0].get_label() == "least to greatest", "of a result that was written without means"
 
 
-def test_crossings_are_drawn_over_levels_instead_of_bars(result: xr.Dataset) -> None:
-    made = result.assign(level=("level", [1.0, 2.0, 3.0]), crossings=("level", [10.0, 40.0, 20.0]))
-    (line,) = drawn("load-spectrum", titled(made)).axes[3].lines
-    assert (list(np.asarray(line.get_xdata())), list(np.asarray(line.get_ydata()))) == ([10.0, 40.0, 20.0], [1.0, 2.0, 3.0])
-
-
-def test_levels_are_at_multiples_of_the_width_from_the_reference_or_in_the_middle_of_a_hundred_classes() -> None:
-    values = np.array([-1.1, 2.4, 0.4])
-    assert computation._levels(values, 0.5, None) == pytest.approx([-1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0])
-    assert computation._levels(values, 1.0, 0.3) == pytest.approx([-0.7, 0.3, 1.3, 2.3])
-    classes = computation._levels(np.array([1.0, 3.0]), None, 0.0)
-    assert len(classes) == 100 and (classes[0], classes[-1]) == (pytest.approx(1.01), pytest.approx(2.99))
-
-
-def test_the_scales_of_the_panels_are_named(result: xr.Dataset) -> None:
-    names = {"cumulative spectrum": ("cumulative cycles", "amplitude"), "range-mean matrix": ("mean", "range")}
-    axes = drawn("load-spectrum", titled(result)).axes
-    for axis, (title, (x, y)) in zip(axes[:2], names.items(), strict=True):
-        assert (axis.get_title(), axis.get_xlabel().split(" (")[0], axis.get_ylabel().split(" (")[0]) == (title, x, y)
-    assert axes[2].get_ylabel().startswith("signal") and axes[3].get_xlabel().startswith("amplitude")
-    assert (axes[3].get_title(), axes[3].get_ylabel()) == ("share of the damage, by amplitude", "share of the damage")
+def test_crossings_are_drawn_over_levels_instead_of_bars(tmp_path: Path) -> None:
+    result = counted(tmp_path, TIME, VALUES, counting="level-crossing", class_width=1.0)
+    (line,) = wucht.draw(result).axes[3].lines
+    assert np.asarray(line.get_xdata()).tolist() == result.crossings.values.tolist()
+    assert np.asarray(line.get_ydata()).tolist() == result.level.values.tolist()
+    assert result.crossings.values.any() and "cycles, by amplitude" not in [a.get_title() for a in wucht.draw(result).axes]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from wucht.studies.load_spectrum.spec import Woehler
+from wucht.studies.shared_keys import Woehler
 
 RECORD = """\
 [study]

@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.special import ellipk
+from tests.interrupting import assert_same, stop_at
 from tests.refusals import refused
 
 from wucht.errors import InputError, RunError
 from wucht.files.catalogue import load_machine
 from wucht.files.user_system import UserSystem, equations_from
 from wucht.plots.style import COLOURS
-from wucht.studies.orbit_branch.dataset import report
-from wucht.studies.orbit_branch.figure import figure
-from wucht.studies.orbit_branch.spec import OrbitBranch
-from wucht.studies.runner import run
+from wucht.studies.orbit_branch.study import OrbitBranch
+from wucht.studies.runner import draw, report, run
 
 # r' = r (mu - r^2), phase with frequency 2 + mu: the orbit is a circle of radius sqrt mu, its exponent -2 mu.
 CIRCLE = {
@@ -27,6 +27,15 @@ CIRCLE = {
     "states": {"x": "s*x - w*y", "y": "w*x + s*y"},
 }
 ROTATION = {"parameters": {"p": 2.0}, "states": {"theta": "p - sin(theta)", "r": "-r"}, "angles": ["theta"]}
+
+
+# The same where sin(pi mu) is positive, beside an angle that rests: three branches, each between two Hopf points.
+ISLANDS = {
+    "parameters": {"mu": 1.0},
+    "definitions": {"s": "sin(pi*mu) - x^2 - y^2", "w": "2 + mu"},
+    "states": {"x": "s*x - w*y", "a": "-sin(a)", "y": "w*x + s*y"},
+    "angles": ["a"],
+}
 
 
 def own(described: dict[str, Any]) -> UserSystem:
@@ -63,6 +72,137 @@ def test_its_ends_are_a_hopf_point_and_the_range() -> None:
     assert "a Hopf point" in s["sentence"]
 
 
+def test_every_orbit_of_the_circles_in_closed_form() -> None:
+    """Of the whole branch and of the reported orbits, whose course over a period is stored."""
+    made = circles()
+    for prefix in ("", "orbit_"):
+        mu = made[f"{prefix}value"].values
+        assert made[f"{prefix}period"].values == pytest.approx(2 * np.pi / (2 + mu), rel=1e-4)
+        assert f"{prefix}period_phi" not in made
+        assert made[f"{prefix}max_x"].values == pytest.approx(np.sqrt(mu), rel=1e-3, abs=1e-6)
+        assert made[f"{prefix}min_x"].values == pytest.approx(-np.sqrt(mu), rel=1e-3, abs=1e-6)
+        assert made[f"{prefix}exponent_re"].values[0] == pytest.approx(-2 * mu, rel=1e-3, abs=1e-6)
+    assert made.orbit_time.values[:, -1] == pytest.approx(made.orbit_period.values)
+    assert (made.orbit_time.values[:, 0] == 0).all()
+    assert made.orbit_states.dims == ("orbit", "state", "place") and made.state.values.tolist() == ["x", "y"]
+    assert np.array_equal(made.orbit_states.sel(state="x").values, made.orbit_state.values)
+    radius = np.hypot(*np.moveaxis(made.orbit_states.values, 1, 0))
+    assert radius == pytest.approx(np.sqrt(made.orbit_value.values)[:, None] * np.ones(radius.shape[1]), rel=1e-6)
+
+
+def test_the_words_on_the_circles() -> None:
+    """The parameter of the Hopf point is 0 but for rounding, and is written so; a whole search has no warnings."""
+    assert circles().wucht.sentence == (
+        "periodic orbits at mu from 0 to 2, stable from 0 to 2; it ends at a Hopf point and at the end of the range"
+    )
+    assert circles().wucht.warnings == []
+    assert {name for curve in OrbitBranch.curves_of_equations for name in curve} <= {*circles().variables}, "to be compared"
+    _, _, branch, hopf, end, *orbits = report(circles())
+    assert branch.startswith("  branch 1     from a run at mu = 1: mu from ")
+    assert branch.endswith(" to 2, stable at mu from 0 to 2"), "no angle returns, as there is none"
+    assert hopf == "    end        at mu = 0 the orbit shrinks to an equilibrium: a Hopf point"
+    assert end == "    end        the range ends at mu = 2"
+    assert orbits[:2] == [
+        "  orbit        mu = 0.5: period 2.5132741, x -0.707107 to 0.707107, largest exponent -1, stable",
+        "  orbit        mu = 1.5: period 1.7951958, x -1.22474 to 1.22474, largest exponent -3, stable",
+    ]
+
+
+@cache
+def islands() -> Any:
+    values = tuple(2 * k + share for k in range(3) for share in np.linspace(0.2, 0.8, 6).tolist())
+    asked = OrbitBranch(along="mu", range=(-0.5, 5.5), at=(0.5, 2.5, 4.5), values=values, start={"x": 0.5})
+    return run(asked, own(ISLANDS))
+
+
+def test_each_orbit_has_the_number_of_its_branch() -> None:
+    made = islands()
+    assert made.wucht.sentence.endswith("; both ends are a Hopf point; 2 more branches")
+    for prefix, count in (("", len(made.value)), ("orbit_", 18), ("end_", 6)):
+        mu, branch = made[f"{prefix}value"].values, made[f"{prefix}branch"].values
+        assert len(mu) == count and np.array_equal(np.floor((mu + 1e-6) / 2), branch)
+    assert [(b["range"][0] // 2, b["stable"][0]) for b in made.wucht.summary["branches"]] == [
+        (k, pytest.approx([2 * k, 2 * k + 1], abs=1e-6)) for k in range(3)
+    ]
+    largest = np.maximum(-1.0, -2 * np.sin(np.pi * made.orbit_value.values))  # the angle's is -1
+    assert made.orbit_exponent_re.values[0] == pytest.approx(largest, rel=1e-6)
+
+
+def test_sixteen_orbits_are_listed_and_the_others_counted() -> None:
+    lines = report(islands())
+    assert sum(line.startswith("  orbit ") for line in lines) == 16
+    assert lines[-2] == "  and 2 more orbits: see the Dataset"
+    assert all(line.endswith("; all angles return") for line in lines if line.startswith("  branch "))
+    assert "more orbits" not in " ".join(report(circles()))
+
+
+def test_a_value_without_an_orbit_is_told() -> None:
+    asked = OrbitBranch(along="mu", range=(-0.5, 3.5), at=(0.5, 2.5), values=(1.5, 2.5, 1.25), start={"x": 0.5})
+    made = run(asked, own(ISLANDS))
+    assert made.wucht.sentence.endswith("; one more branch")
+    assert made.wucht.warnings == ["there is no orbit of a known branch at mu = 1.5, 1.25"]
+
+
+def test_a_libration_turns_no_angle_and_a_damped_swing_is_a_complex_exponent() -> None:
+    """H = v^2/2 - cos q tends to E: the pendulum's period 4 K((1 + E)/2). Beside it a swing that decays as exp(-0.3 t)."""
+    described = {
+        "parameters": {"E": -0.5},
+        "definitions": {"H": "v^2/2 - cos(q)"},
+        "states": {"q": "v", "v": "-sin(q) + v*(E - H)", "z": "-0.3*z - 0.7*u", "u": "0.7*z - 0.3*u"},
+        "angles": ["q"],
+    }
+    made = run(
+        OrbitBranch(along="E", range=(-0.55, -0.45), at=-0.5, values=(-0.5,), start={"q": 0.5}, show="q"), own(described)
+    )
+    (orbit,) = made.wucht.summary["orbits"]
+    assert orbit["period"] == pytest.approx(4 * ellipk(0.25), rel=1e-8)
+    assert [orbit["min_q"], orbit["max_q"]] == pytest.approx([-np.pi / 3, np.pi / 3], rel=1e-7)
+    assert report(made)[2].endswith("; all angles return")
+    beat = 2 * np.pi / orbit["period"] - 0.7  # but for whole turns in a period
+    swings = sorted(e for e in orbit["exponents"] if e[1])
+    assert swings == [pytest.approx([-0.3, sign * beat], rel=1e-6) for sign in (-1, 1)]
+    stored = np.array([made.orbit_exponent_re.values[:, 0], made.orbit_exponent_im.values[:, 0]])
+    assert stored.T.tolist() == orbit["exponents"]
+
+
+def test_the_law_of_a_saddle_connection_has_the_rate_of_the_saddle() -> None:
+    """The leaf x^2 (1 - x) = y^2 returns to the origin where mu = 0, whose eigenvalues are a + 2 and a - 2 (Sandstede)."""
+    described = {
+        "parameters": {"mu": -0.1, "a": -0.5},
+        "states": {"x": "a*x + 2*y - a*x^2", "y": "2*x + (a + mu)*y - 3*x^2 - 1.5*a*x*y"},
+    }
+    made = run(OrbitBranch(along="mu", range=(-0.3, 0.2), at=-0.1, values=(-0.1,), start={"x": 0.6}), own(described))
+    assert made.wucht.sentence.endswith("; it ends at a Hopf point and at a saddle connection")
+    hopf, connection = made.wucht.summary["ends"]
+    assert (hopf["laws"], connection["kind"]) == (None, "saddle-connection")
+    law = connection["laws"]["connection"]
+    assert law["rate"] == pytest.approx(1.5, rel=2e-3) and law["critical"] == pytest.approx(0.0, abs=1e-8)
+    assert connection["state"] == {"x": pytest.approx(0.0, abs=1e-9), "y": pytest.approx(0.0, abs=1e-9)}
+    assert sorted(e[0] for e in connection["eigenvalues"]) == pytest.approx([-2.5, 1.5], abs=1e-6)
+    assert made.end_residual.values[1] == pytest.approx(
+        [connection["laws"][name]["residual"] for name in ("saddle-node", "connection")]
+    )
+    assert np.isnan(made.end_residual.values[0]).all()
+
+
+def test_orbits_of_a_rotor() -> None:
+    """002, table 5.1 at u = 3, both pendulums together: period, speeds, exponent, also over the angle of the rotor."""
+    asked = OrbitBranch(along="u", range=(2.9, 3.1), at=3.0, values=(3.0,), together=True)
+    made = run(asked, load_machine("drozdetskaya-2020/table-5.1"))
+    (orbit,) = made.wucht.summary["orbits"]
+    assert orbit["period_phi"] == pytest.approx(630.30303, rel=1e-7)
+    per_angle = orbit["period"] / orbit["period_phi"]
+    assert orbit["exponents_phi"] == [[pytest.approx(per_angle * part) for part in e] for e in orbit["exponents"]]
+    assert (made.mean_speed.values > 0).all() and (made.period_phi.values > 0).all()
+    assert made.period_phi.values == pytest.approx((made.period * made.mean_speed).values)
+    assert made.wucht.sentence.startswith("modulated motions at u from 2.9 to 3.1, stable within their section from 2.9 to 3.1")
+    lines = report(made)
+    assert lines[2].endswith("; turns a period: psi -1")
+    assert "(630.30303 of the rotor's angle), 0.8131 to 1.5626, largest exponent -0.30692, stable" in lines[5]
+    of = "disturbances with equal phases of the bodies only"
+    assert lines[6] == f"  stability    in the averaged equations, of {of}; exponents: per unit of time"
+
+
 def test_a_parameter_may_have_the_name_of_a_key() -> None:
     """The circles once more, with a parameter whose name is a key of special points and of ends."""
     described = {
@@ -79,7 +219,7 @@ def test_a_parameter_may_have_the_name_of_a_key() -> None:
 
 
 def test_the_figure_and_the_report_are_made_of_the_dataset_alone() -> None:
-    drawn = figure(circles())
+    drawn = draw(circles())
     assert len(drawn.axes) == 4
     extremes, runs, *_ = drawn.axes
     solid = [line for line in extremes.get_lines() if line.get_linestyle() == "-" and line.get_color() == COLOURS[6]]
@@ -93,11 +233,53 @@ def test_the_figure_and_the_report_are_made_of_the_dataset_alone() -> None:
     assert any("Hopf point" in line for line in lines)
 
 
+def test_orbits_are_drawn_from_their_least_value_over_one_period() -> None:
+    """x = -sqrt(mu) cos(2 + mu) t, and as stored, the period repeated."""
+    made = circles()
+    lines = draw(made).axes[1].get_lines()
+    assert len(lines) == 2
+    for k, (line, mu) in enumerate(zip(lines, made.orbit_value.values, strict=True)):
+        t, x = np.asarray(line.get_xdata(), float), np.asarray(line.get_ydata(), float)
+        turned = (2 + mu) * t
+        assert t[0] == 0.0 and turned[-1] == pytest.approx(2 * np.pi, rel=1e-4) and (np.diff(t) > 0).all()
+        assert x == pytest.approx(-np.sqrt(mu) * np.cos(turned), abs=0.05 * np.sqrt(mu))
+        time, stored = made.orbit_time.values[k], made.orbit_state.values[k]
+        begin = time[stored[:-1].argmin()]
+        assert x == pytest.approx(np.interp(begin + t / t[-1] * time[-1], time, stored, period=time[-1]), abs=1e-9)
+
+
+def test_orbits_are_drawn_in_the_space_of_two_states() -> None:
+    """The state of the other panels first, then one that is no angle."""
+    for made, second in ((circles(), 1), (islands(), 2)):
+        axis = draw(made).axes[3]
+        assert (axis.get_xlabel(), axis.get_ylabel()) == ("x", "y")
+        of_first = made.orbit_states.values[made.orbit_branch.values == 0]
+        assert len(axis.get_lines()) == len(of_first)
+        for line, states in zip(axis.get_lines(), of_first, strict=True):
+            x, y = (np.asarray(v, float) for v in line.get_data())
+            assert np.array_equal(x, states[0]) and np.array_equal(y, states[second])
+            assert line.get_linestyle() == "-"
+
+
+def test_unstable_orbits_are_dashed() -> None:
+    """r' = r (mu + r^2): no run comes to these circles, which shrink to the Hopf point mu = 0 from below."""
+    described = CIRCLE | {"definitions": {"s": "mu + x^2 + y^2", "w": "2 + mu"}}
+    box = {"x": (-1.0, 1.0), "y": (-1.0, 1.0)}
+    made = run(OrbitBranch(along="mu", range=(-0.5, 0.2), values=(-0.25,), ranges=box, show="y"), own(described))
+    assert "nowhere stable; it ends at the end of the range and at a Hopf point" in made.wucht.sentence
+    assert report(made)[-2].endswith("y -0.5 to 0.5, largest exponent 0.5, unstable")
+    phase_space = draw(made).axes[3]
+    assert (phase_space.get_xlabel(), phase_space.get_ylabel()) == ("y", "x")
+    assert [line.get_linestyle() for line in phase_space.get_lines()] == ["--"]
+
+
 def test_a_winding_orbit_ends_at_a_saddle_node() -> None:
     """T = 2 pi/sqrt(p^2 - 1), and no end within the range the other way."""
-    s = run(OrbitBranch(along="p", range=(0.0, 3.0), at=2.0, values=(2.0,), longest=100.0), own(ROTATION)).wucht.summary
+    made = run(OrbitBranch(along="p", range=(0.0, 3.0), at=2.0, values=(2.0,), longest=100.0), own(ROTATION))
+    s = made.wucht.summary
     assert s["orbits"][0]["period"] == pytest.approx(2 * np.pi / np.sqrt(3), rel=1e-8)
     assert s["branches"][0]["winding"] == {"theta": 1}
+    assert report(made)[2].endswith("; turns a period: theta +1")
     assert [(e["kind"], e["p"]) for e in s["ends"]] == [
         ("saddle-node-on-orbit", pytest.approx(1.0, abs=1e-9)),
         ("range", 3.0),
@@ -106,11 +288,12 @@ def test_a_winding_orbit_ends_at_a_saddle_node() -> None:
 
 def test_where_there_is_none_a_sentence_says_what_was_found() -> None:
     """At p < 1 the rotation stands."""
-    r = run(OrbitBranch(along="p", range=(0.2, 0.8), until=200.0), own(ROTATION))
+    r = run(OrbitBranch(along="p", range=(0.2, 0.8), at=(0.8, 0.2, 0.8), until=200.0), own(ROTATION))
     assert not r.wucht.summary["orbits"]
+    assert [t["p"] for t in r.wucht.summary["tried"]] == [0.8, 0.2], "the ends of the range are in it"
     assert "no modulated motion was found" in r.attrs["sentence"]
     assert "settles in a steady state" in r.attrs["sentence"]
-    assert len(figure(r).axes) == 1  # no panels of orbits that there are not
+    assert len(draw(r).axes) == 1  # no panels of orbits that there are not
     assert report(r)
 
 
@@ -168,20 +351,13 @@ def test_a_branch_that_cannot_be_begun_is_told(monkeypatch: pytest.MonkeyPatch) 
     assert "is not followed: Newton's method fails" in r.attrs["warnings"]
 
 
-def test_a_forced_duplicate_value_outside_is_told() -> None:
-    """There is no orbit at mu = -0.5: a warning says so."""
-    asked = OrbitBranch(along="mu", range=(-1.0, 2.0), at=1.0, values=(-0.5, 1.0), start={"x": 0.5})
-    r = run(asked, own(CIRCLE))
-    assert [o["mu"] for o in r.wucht.summary["orbits"]] == [1.0]
-    assert "mu = -0.5" in r.attrs["warnings"]
-
-
 @pytest.mark.parametrize(
     ("keys", "where"),
     [
         ({"along": "nu"}, "study.along"),
         ({"range": (2.0, 1.0)}, "study.range"),
-        ({"at": (5.0,)}, "study.at[0]"),
+        ({"at": (1.0, 5.0)}, "study.at[1]"),
+        ({"values": (0.05,)}, "study.values[0]"),
         ({"values": ()}, "study.values"),
         ({"show": "z"}, "study.show"),
         ({"start": {"z": 1.0}}, "study.start.z"),
@@ -207,21 +383,24 @@ def test_keys_of_systems_are_refused_for_a_machine() -> None:
     assert raised.value.location == "study.show"
 
 
-@pytest.mark.slow
 def test_an_interrupted_study_goes_on_where_it_was(tmp_path: Path) -> None:
-    """Ctrl-C after the first half of the branch: a valid result, and the same numbers in the end."""
-    asked = OrbitBranch(along="mu", range=(-1.0, 2.0), at=1.0, values=(0.5, 1.5), start={"x": 0.5})
-
-    def stop(share: float, what: str) -> None:
-        if what.startswith("exponents at mu = 1.5"):
-            raise KeyboardInterrupt
-
-    part = run(asked, own(CIRCLE), folder=tmp_path, progress=stop)
+    """Ctrl-C before the second orbit: a valid result, and the same numbers in the end."""
+    asked = OrbitBranch(along="mu", range=(0.4, 1.6), at=1.0, values=(0.5, 1.5), start={"x": 0.5})
+    part = run(asked, own(CIRCLE), folder=tmp_path, progress=stop_at(1, "exponents at mu = 1.5"))
     assert not part.attrs["finished"]
     assert [o["mu"] for o in part.wucht.summary["orbits"]] == [0.5]
-    assert figure(part).axes
-    again, whole = run(asked, own(CIRCLE), folder=tmp_path, resume=True), run(asked, own(CIRCLE))
-    assert again.wucht.summary == whole.wucht.summary
+    assert part.wucht.warnings[0] == "the search is not finished"
+    assert draw(part).axes
+    assert_same(run(asked, own(CIRCLE), folder=tmp_path, resume=True), run(asked, own(CIRCLE)))
+
+
+def test_before_the_first_orbit() -> None:
+    """Steady states are followed before."""
+    box = {"x": (-1.0, 1.0), "y": (-1.0, 1.0)}
+    part = run(OrbitBranch(along="mu", range=(-1.0, 2.0), ranges=box), own(CIRCLE), progress=stop_at(1, "a run at mu"))
+    assert part.wucht.sentence == "the study was interrupted before the first orbit"
+    assert part.wucht.warnings[0] == "the search is not finished"
+    assert part.sizes["steady"] and not part.sizes["point"]
 
 
 # AUTO's demo plp at S0 = 111 (AUTO-07P manual, 2007): a closed branch.
@@ -270,7 +449,7 @@ def test_what_is_not_located_is_listed_with_its_interval(monkeypatch: pytest.Mon
     assert (point["kind"], point["hidden"]) == ("unresolved", "branch-point")
     assert point["between"][0] < 0.0 < point["between"][1]
     assert any("a branch-point that was not located" in line for line in report(r))
-    figure(r)
+    draw(r)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from wucht.dynamics.branches.first_orbits import SeedOrbit, cycles_of
 from wucht.dynamics.branches.orbit_problem import OrbitProblem
 from wucht.errors import RunError, WuchtError
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.periodic.branch_ends import BranchEnd, branch_end
+from wucht.numerics.periodic.branch_ends import CLOSED_BRANCH, BranchEnd, branch_end
 from wucht.numerics.periodic.cycle import BRANCH_POINT, DOUBLING, Cycle, HiddenPoint
 from wucht.numerics.periodic.cycle_starts import crossing_branch, cycle_at, doubled_branch
 from wucht.numerics.periodic.cycles import Cycles
@@ -109,6 +109,27 @@ class PeriodicBranch:
         """Stored orbits, in order."""
         return (() if self.backward is None else self.backward.stored_orbits[:0:-1]) + self.onward.stored_orbits
 
+    @property
+    def stable_ranges(self) -> list[tuple[float, float]]:
+        """Ranges of the parameter in which orbits are stable, up to special orbits and to the ends of the branch."""
+        values, special = self.whole_array("values"), np.array([bool(kind) for kind in self.kinds])
+        stretches = _stable_stretches(self.whole_array("stable") & ~special, special)
+        ranges = [self._range_of(values, begin, end) for begin, end in stretches]
+        is_closed = self.onward.end.kind == CLOSED_BRANCH
+        if len(ranges) > 1 and is_closed and stretches[0][0] == 0 and stretches[-1][1] == len(values):
+            (low, high), (last_low, last_high) = ranges[0], ranges.pop()  # one stretch, on either side of the first orbit
+            ranges[0] = min(low, last_low), max(high, last_high)
+        return ranges
+
+    def _range_of(self, values: np.ndarray, begin: int, end: int) -> tuple[float, float]:
+        """Return the range of a stretch of orbits, extended to the end of the branch if its last orbit is one of them."""
+        inside = [*values[begin:end].tolist()]
+        if end == len(values):
+            inside.append(self.onward.end.parameter)
+        if begin == 0 and self.backward is not None:
+            inside.append(self.backward.end.parameter)
+        return float(min(inside)), float(max(inside))
+
     def passes(self, value: float, period: float) -> bool:
         """True if it has an orbit of a period, between neighbours, at a value of the parameter."""
         _, there = values_at_passages(self.whole_array("values"), value, self.whole_array("periods"))
@@ -129,6 +150,13 @@ class PeriodicBranch:
         size = max(other_high[k] - other_low[k], 1e-300)
         alike = abs(low[i] - other_low[k]) + abs(high[i] - other_high[k]) < _SAME * size
         return alike and self.passes(float(values[k]), float(periods[k]))
+
+
+def _stable_stretches(stable: np.ndarray, special: np.ndarray) -> list[tuple[int, int]]:
+    """Return the first and one past the last orbit of each stable stretch, with the special orbits at its ends."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], (stable | special).astype(int), [0]])))
+    pairs = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+    return [(i, j) for i, j in pairs if stable[i:j].any()]
 
 
 def half_branch(subject: OrbitProblem, seed: SeedOrbit, onward: bool, switch: bool, report: ValueReport) -> HalfBranch:

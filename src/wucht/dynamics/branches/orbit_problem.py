@@ -19,6 +19,7 @@ from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.machines.operation import machine_at_speed as steady_machine
 from wucht.numerics.flow.program import Evaluator
+from wucht.numerics.periodic.branch_ends import significant_value
 from wucht.system import System
 
 
@@ -92,6 +93,11 @@ class OrbitProblem:
         return self.labels.state is None
 
     @property
+    def ordinate_name(self) -> str:
+        """Name of what is drawn: ``speed`` of the main rotor, or the name of a state of user equations."""
+        return self.labels.state or "speed"
+
+    @property
     def turning(self) -> np.ndarray:
         """Mask of the states that are angles (n,)."""
         return np.array([s in self.system.angles for s in self.system.states])
@@ -108,6 +114,10 @@ class OrbitProblem:
     def fixed_values(self, *paths: str) -> dict[str, float]:
         """Return the values of all parameters except some."""
         return {n: self.values[n] for n in self.system.parameter_names if n not in paths}
+
+    def significant_range(self, low: float, high: float) -> list[float]:
+        """Return the ends of a part of the parameter's range, without rounding errors of 0."""
+        return [significant_value(float(end), self.bounds) for end in (low, high)]
 
     def turns(self, winding: np.ndarray) -> dict[str, int]:
         """Return the number of turns of angles in a period, by name, where it is not zero. winding (n,)."""

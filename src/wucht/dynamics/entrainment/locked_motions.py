@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 
 from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase
+from wucht.dynamics.entrainment.runs_from_start import RunFromStart
 from wucht.dynamics.work import Work
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
@@ -20,6 +21,7 @@ from wucht.numerics.orbits import PeriodicOrbit, periodic_orbit
 
 _SAMPLES = 256  # of a period: the mean of a periodic function over even samples is exact but for the orders above
 _MOST_STEPS, _FEW_STEPS = 25, 8  # of Newton's method: from the end of a run; from a neighbouring motion
+_MOTIONS = 8  # to each side of the seed
 _JUMP = 0.5  # rad: phases of neighbouring motions are nearer than this
 
 
@@ -86,6 +88,32 @@ class LockedMotions:
         trivial = sum(c.prescribed_velocity is not None for c in machine.coordinates) + (frequency is None)
         multiplier = float(np.abs(orbit.nontrivial(trivial)).max(initial=0.0))
         return LockedMotion(value, np.array(phases), 2 * math.pi / orbit.period, multiplier, orbit)
+
+    def at_end_of(self, run: RunFromStart) -> LockedMotion | str:
+        """Return the locked motion at the end of a run, or the reason why there is none."""
+        try:
+            return self.motion(run.value, run.end_state, abs(run.mean_speed))
+        except WuchtError as error:
+            return str(error)
+
+    def follow_both_ways(
+        self, seed: LockedMotion, limits: tuple[float, float], edges: tuple[float, float], resolution: float, work: Work
+    ) -> Iterator[tuple[tuple[LockedMotion, ...], tuple[float | None, float | None]]]:
+        """Follow a motion down and up to limits, in small steps within edges.
+
+        Yields the motions so far, in increasing order of their value, and where they end below and above, None where beyond
+        the limits.
+        """
+        motions: tuple[LockedMotion, ...] = (seed,)
+        ends: tuple[float | None, float | None] = (None, None)
+        for side, (limit, edge) in enumerate(zip(limits, edges, strict=True)):
+            inside = np.linspace(seed.value, edge, _MOTIONS + 1)[1:-1].tolist()
+            goals = [v for v in (*inside, limit) if v != seed.value]
+            earlier_motions, part = motions, work.part("locked motion", (0.8, 0.875)[side], (0.875, 0.95)[side])
+            for further_motions, end in self.follow(seed, goals, resolution, part):
+                ends = (end, None) if side == 0 else (ends[0], end)
+                motions = tuple(sorted([*earlier_motions, *further_motions], key=lambda m: m.value))
+                yield motions, ends
 
     def follow(
         self, seed: LockedMotion, goals: Sequence[float], resolution: float, work: Work

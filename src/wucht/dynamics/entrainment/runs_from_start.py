@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from bisect import insort
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -15,6 +17,7 @@ from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.dynamics.verdicts.locking import LockingAssessment, assess_locking
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import MotionObserver, Observation
+from wucht.dynamics.work import Work
 from wucht.machines.changes import release_events
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, operating_speed, sense_of
@@ -30,6 +33,7 @@ _AT_ONCE = 1000  # samples that are stored
 _STEADY = 1e-4  # rad: a phase that moves more than this in the last quarter is not yet steady
 _CHANGING = 0.02  # of the mean speed: between the halves of the window, a run-up that continues
 _PROBES = 8  # runs to each side of an edge, over the distance of two values of the scan
+_BISECTIONS = 70  # expected, for the progress
 
 
 @dataclass(frozen=True)
@@ -90,6 +94,25 @@ class RunsFromStart:
                 break
             end = 2 * end
         return self._judge(machine, value, leg.trajectory, observation, means)
+
+    def run(self, value: float, work: Work, share: float = 0.0) -> RunFromStart:
+        """Make a run as a unit of work. share: of this part of the work, for the progress."""
+        label = f"{self.case.parameter.name} = {value:.6g}"
+        return work.unit(f"at {value!r} for {self.duration!r}", lambda: self(value, lambda _: work.report(share, label)))
+
+    def search(
+        self, nominal_run: RunFromStart, limits: tuple[float, float], resolution: float, work: Work
+    ) -> Iterator[tuple[RunFromStart, ...]]:
+        """Make runs evenly within limits and at the nominal value, then those that the search for the edges needs.
+
+        Yields the runs so far, in increasing order of their value.
+        """
+        done, points = list[RunFromStart](), self.case.points
+        scan = dict.fromkeys([*np.linspace(*limits, points).tolist(), nominal_run.value])
+        for k, value in enumerate(chain(scan, values_to_run(done, nominal_run.value, resolution))):
+            new_run = nominal_run if value == nominal_run.value else self.run(value, work, k / (points + _BISECTIONS))
+            insort(done, new_run, key=lambda r: r.value)
+            yield tuple(done)
 
     def _grids(self, begin: float, end: float) -> Iterator[np.ndarray]:
         """Yield the sample times of a run in portions, as their number is unlimited."""

@@ -26,6 +26,7 @@ from wucht.numerics.flow.trajectory import Trajectory
 _VALUE = "value"
 # The parabola through an extreme's neighbours is right to h^4/32 with the step h of a vibration's angle: 1e-5.
 _PER_TURN = 48
+_COURSE, _IN_A_PART = 200, 8  # intervals of time with their least and greatest value, and turning points in one
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,27 @@ class LoadHistory:
     verdict: Verdict | None = None
     failure: str | None = None
     duties: Duties = field(default_factory=dict)
+
+    def course(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return times, and mean, least and greatest value there (k,): in 200 intervals, or of all turning points if few.
+
+        The mean is that of straight lines through the turning points, as only these are kept.
+        """
+        time, values = self.time, self.values
+        if len(values) <= _COURSE * _IN_A_PART:
+            return time, values, values, values
+        edges = np.linspace(time[0], self.end_time, _COURSE + 1)
+        part = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, _COURSE - 1)
+        low, high = np.full(_COURSE, np.inf), np.full(_COURSE, -np.inf)
+        np.minimum.at(low, part, values)
+        np.maximum.at(high, part, values)
+        nonempty = np.isfinite(low)
+        knots = np.union1d(time, edges)
+        heights = np.interp(knots, time, values)
+        integral = np.append(0.0, np.cumsum((heights[1:] + heights[:-1]) / 2 * np.diff(knots)))
+        mean = np.diff(integral[np.searchsorted(knots, edges)]) / np.diff(edges)
+        middles, mean, low, high = (x[nonempty] for x in ((edges[1:] + edges[:-1]) / 2, mean, low, high))
+        return middles, mean, low, high
 
 
 def signal_integration(

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 from wucht.dynamics.run_ups.drive_losses import RunningState, case_without_drive
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.motion_courses import MotionCourse
 from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
+from wucht.dynamics.scenarios.runs_in_turn import runs_in_turn
 from wucht.dynamics.work import Work
 from wucht.machines.parts.base import Drive
 
@@ -66,16 +67,10 @@ def failures_in_turn(
     operations: Sequence[OperationCase], settings: RunSettings, work: Work
 ) -> Iterator[tuple[OperationRun, ...]]:
     """Let each drive fail after each operation; yield the runs so far after each leg. settings: of the runs after a failure."""
-    complete, total = list[OperationRun](), len(operations)
-    for k, operation in enumerate(operations):
-        part = work.part(f"operation {k + 1}" if total > 1 else "operation", k / total, (k + 1) / total)
-        for run in _failures_of(operation, settings, part):
-            yield *complete, run
-        complete.append(run)
-    yield tuple(complete)
+    return runs_in_turn(operations, partial(_failures_of, settings), work, "operation")
 
 
-def _failures_of(operation: OperationCase, settings: RunSettings, work: Work) -> Iterator[OperationRun]:
+def _failures_of(settings: RunSettings, operation: OperationCase, work: Work) -> Iterator[OperationRun]:
     drives = operation.case.machine.drives
     for (motion,) in run_up(operation.case, work.part("", 0.0, _OPERATION_SHARE)):
         run = OperationRun(operation, DrivenRun(motion, drives))

@@ -1,4 +1,4 @@
-"""Result -> workshop files of a contour, and a line for each."""
+"""Result -> workshop files of a contour."""
 
 from __future__ import annotations
 
@@ -8,20 +8,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wucht.cams.drive_cams import DriveCams
 from wucht.cams.workshop.cam_files import WorkshopFile
 from wucht.cams.workshop.lists import Separator
 from wucht.cams.workshop.plc import Form
 from wucht.cams.workshop.points import PointList
 from wucht.errors import InputError
-from wucht.studies.cam_workshop import FORMS, CamOfResult, FileOptions, drive_of, file_lines, stated_shaft_motion
+from wucht.studies.cam_workshop import FORMS, FileOptions, check_points, drive_of, stated_shaft_motion, write_files
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-def export(result: xr.Dataset, folder: Path) -> list[str]:
-    """Write points to mill, drawings and cam tables; see ``write_workshop``."""
-    return file_lines(write_workshop(result, folder))
 
 
 def write_workshop(
@@ -47,15 +43,15 @@ def write_workshop(
     summary = result.wucht.summary
     if summary["undercut"] or not result.sizes["mill_point"]:
         raise InputError("result", None, "it has no points to mill: part of the contour is cut away", code="no-points")
-    cam_of_result = CamOfResult(drive_of(result), stated_shaft_motion(summary), summary["corrected"] is not None)
-    points = {name: points_to_mill(result, name) for name in cam_of_result.cams}
-    for name, of_cam in points.items():
-        cam_of_result.check_points(name, of_cam.phi, of_cam.position)
+    cams = DriveCams.of(drive_of(result), stated_shaft_motion(summary), summary["corrected"] is not None)
+    points = {name: points_to_mill(result, name) for name in cams.cams}
+    for name, cam in cams.cams.items():
+        check_points(cam, points[name].phi, points[name].position)
     options = FileOptions(
         summary["chord_tolerance"], summary["spacing"], summary["decimals"],
         forms, separator, drawing, table_tolerance, table_decimals,
     )  # fmt: skip
-    return cam_of_result.write(points, folder, options)
+    return write_files(cams, points, folder, options)
 
 
 def points_to_mill(result: xr.Dataset, cam: str) -> PointList:

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from wucht.plots.cam_drawings import FOLLOWER, draw_circle, frame_cam, radii_of_curvature
 from wucht.plots.page import small
@@ -15,6 +12,11 @@ from wucht.plots.scales import travel_unit, turn_scale
 from wucht.plots.sheet import draw_panels, labelled_handles, legend_below
 from wucht.plots.style import COLOURS, GREY, line_style
 from wucht.results.formatting import label
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _COLOUR = {"cam": COLOURS[0], "counter": COLOURS[1], "outer": COLOURS[2]}
 _CONTOURS = {"cam": "contour", "counter": "contour of the counter cam", "outer": "outer flank"}
@@ -99,7 +101,7 @@ def _is_missing(result: xr.Dataset, name: str) -> np.ndarray:
     return missing
 
 
-def figure(result: xr.Dataset) -> Figure:
+def draw_contour(result: xr.Dataset) -> Figure:
     """Draw the cam above, and below it two panels a row: radius of curvature, pressure angle, and further criteria."""
     panels = [_curvature_radius, _motion if np.isfinite(float(result.face_at)) else _pressure_angle]
     if np.isfinite(result.transmission_angle.values).any():

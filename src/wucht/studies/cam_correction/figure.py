@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from wucht.plots.cam_drawings import FOLLOWER, draw_bars_from, draw_circle, frame_cam, radii_of_curvature
 from wucht.plots.page import small
@@ -16,6 +13,11 @@ from wucht.plots.scales import plain_decades, power_text, travel_unit, turn_scal
 from wucht.plots.sheet import labelled_handles, legend_below, new_grid
 from wucht.plots.style import BAR_STYLES, COLOURS, FREE, GREY
 from wucht.results.formatting import with_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 LOOKS: dict[str, dict[str, Any]] = {
     "original": {"color": COLOURS[1], "linestyle": "--"},
@@ -134,7 +136,7 @@ def _curvature_radius(axis: Axes, result: xr.Dataset) -> None:
     axis.set_ylabel("radius of curvature (mm)")
 
 
-def figure(result: xr.Dataset) -> Figure:
+def draw_correction(result: xr.Dataset) -> Figure:
     """Draw panels over time and orders, of the cams or of the law, and of a measured acceleration if there is one."""
     cams, has_measurement = bool(result.sizes["cam"]), bool(np.isfinite(result.measured_amplitude.values).any())
     fig, axes = new_grid(2 * (3 + cams + has_measurement), result.attrs["title"], result.attrs["sentence"], heights=_ROW)

@@ -14,11 +14,11 @@ from wucht.studies.comparison.compared_result import ComparedResult, CurveKind
 from wucht.studies.comparison.variants import Variant, VariedKey
 
 
-def variants_answer(
-    all_variants: Sequence[Variant], results: Sequence[ComparedResult], vary: Mapping[str, Sequence[Any]]
-) -> Answer:
-    """Return the answer with the results of the first variants."""
-    a, variants, outcomes = Answer(), all_variants[: len(results)], Counter(r.outcome for r in results if r.outcome)
+def state_comparison(
+    a: Answer, all_variants: Sequence[Variant], results: Sequence[ComparedResult], vary: Mapping[str, Sequence[Any]]
+) -> None:
+    """State the results of the first variants."""
+    variants, outcomes = all_variants[: len(results)], Counter(r.outcome for r in results if r.outcome)
     ready = (
         f"{len(results)} variants" if len(results) == len(all_variants) else f"{len(results)} of {len(all_variants)} variants"
     )
@@ -66,7 +66,6 @@ def variants_answer(
     a.number("varied", key_facts, "description and unit of each varied key")
     headlines = list(dict.fromkeys(name for r in results for name in r.wucht.headlines if name in words))
     a.number("headline", headlines or names, "numbers shown first")
-    return a
 
 
 def _state_variants(a: Answer, labels: Sequence[str], variants: Sequence[Variant]) -> set[str]:

@@ -17,7 +17,7 @@ from wucht.errors import InputError, WuchtError
 from wucht.file_names import printable
 from wucht.schema import Composite, composite
 from wucht.studies.answer import Answer
-from wucht.studies.comparison.answer import variants_answer
+from wucht.studies.comparison.answer import state_comparison
 from wucht.studies.comparison.compared_result import ComparedResult
 from wucht.studies.comparison.comparison_table import comparison_report
 from wucht.studies.comparison.figure import figure
@@ -143,7 +143,8 @@ class Comparison(Study):
             part = work.part(f"variant {k + 1}", k / count, (k + 1) / count)
             part.report(0.0, variant.label)
             results.append(part.unit("answer", partial(_result_of, variant, preparation, part)))
-            yield variants_answer(subject.variants, results, self.vary)
+            state = partial(state_comparison, all_variants=subject.variants, results=tuple(results), vary=self.vary)
+            yield Answer(fill=state)
 
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw the curves of all variants in common panels, and numbers over the varied keys."""

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from wucht.plots.scales import name_speeds, parameter_label
 from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.stability_lines import draw_classes, extend_both_ways
 from wucht.plots.style import COLOURS, FREE, GREY, line_style
 from wucht.results.attributes import number_in, text_in
-from wucht.results.formatting import with_unit
-from wucht.studies.entrainment.dataset import band_in_words
+from wucht.results.formatting import band_in_words, with_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _MARGIN = 0.03  # of the range, so that curves and marks at its ends are visible
 _EXISTENCE_COLOUR, _CAPTURE_COLOUR = COLOURS[4], COLOURS[2]

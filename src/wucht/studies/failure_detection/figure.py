@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from wucht.plots.scales import name_speeds
 from wucht.plots.sheet import draw_panels
@@ -13,6 +12,11 @@ from wucht.plots.style import COLOURS, line_style
 from wucht.plots.time_courses import draw_mean_and_range
 from wucht.results.attributes import text_in
 from wucht.results.formatting import abscissa_label, label, printed_unit, with_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _MOST_MARKED = 60  # readings drawn with a mark each
 

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm
-from matplotlib.figure import Figure
 
 from wucht.plots.scales import plain_decades
 from wucht.plots.sheet import colour_bar, draw_panels
@@ -16,13 +12,18 @@ from wucht.plots.style import COLOURS, GREY, line_style
 from wucht.plots.time_courses import TurnWindows, draw_mean_and_range
 from wucht.results.formatting import abscissa_label, printed_unit, with_unit
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 _BARS, _RIM = 40, 1.5  # classes of the histogram, at most; classes from the middle of the last with cycles to the frame
 _ROUNDING = 1e-6  # of a class
 _WINDOW = 0.01  # of the panel: the least width over which a mean is taken
 _KNEE = 10.0  # times the cycles at the knee: the S-N curve is drawn up to there
 
 
-def figure(result: xr.Dataset) -> Figure:
+def load_figure(result: xr.Dataset) -> Figure:
     """Draw up to four panels from a load spectrum's Dataset alone."""
     cycles = bool(len(result["range"]))
     panels = [_cumulative] if cycles else []
@@ -67,6 +68,8 @@ def _woehler(axis: Axes, result: xr.Dataset, scale: float, largest: float) -> No
 
 def _matrix(axis: Axes, result: xr.Dataset) -> None:
     """Draw cycles by range and mean, logarithmic; blank where there are none."""
+    from matplotlib.colors import LogNorm
+
     (scale, unit), counts = printed_unit(result, "range"), result["matrix"].values
     axis.set(title="range-mean matrix", xlabel=with_unit("mean", unit), ylabel=with_unit("range", unit))
     inside = counts[counts > 0]

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from wucht.plots.limit_set_curves import wrapped_curve
 from wucht.plots.scales import parameter_label
@@ -16,6 +13,11 @@ from wucht.plots.stability_lines import Symbol, draw_kinds, entry, equal_stretch
 from wucht.plots.style import COLOURS, shades
 from wucht.results.attributes import number_in, text_in
 from wucht.results.formatting import formula_in_print, label, printed_unit, with_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _STABLE: dict[str, Any] = {"linestyle": "-", "linewidth": 1.8, "zorder": 3}
 _UNSTABLE: dict[str, Any] = {"linestyle": (0, (4, 2)), "linewidth": 1.1, "zorder": 3}
@@ -37,7 +39,7 @@ _SHORT = 6  # characters of a parameter's path: a longer one is not repeated for
 _SHOWN_GROWTH = 8.0  # times the shortest period: longer ones are beyond the panel
 
 
-def figure(result: xr.Dataset) -> Figure:
+def orbit_figure(result: xr.Dataset) -> Figure:
     """Draw four panels from the Dataset of a branch of orbits alone: extremes and period over the parameter, and some orbits.
 
     Without orbits there is the first panel alone, with the steady states.

@@ -13,7 +13,7 @@ NEAR = 0.05  # relative to a value: a cliff within it is near, as tolerances of 
 
 
 @dataclass(frozen=True)
-class ParameterPoint:
+class SignalPoint:
     """Result at other values. before, after: speeds, signal: None where the specimen did not fail, or too late."""
 
     values: tuple[float, ...]
@@ -23,34 +23,44 @@ class ParameterPoint:
     outcome: str
 
 
-def _scores(points: Sequence[ParameterPoint]) -> Scores:
+def _scores(points: Sequence[SignalPoint]) -> Scores:
     """Return the scores of points: the reciprocal of the signal, without chance."""
     costs = np.array([[1 / p.signal if p.signal else np.inf] for p in points]).reshape(-1, 1)
     return Scores(costs, np.zeros(costs.shape, bool))
 
 
-def best_index(points: Sequence[ParameterPoint]) -> int | None:
+def best_index(points: Sequence[SignalPoint]) -> int | None:
     """Return the index of the point with the largest signal; None without any."""
     if not any(p.signal for p in points):
         return None
     return int(_scores(points).order[0])
 
 
-def neighbours_of(points: Sequence[ParameterPoint], k: int) -> list[tuple[int, list[int]]]:
+def neighbours_of(points: Sequence[SignalPoint], k: int) -> list[tuple[int, list[int]]]:
     """Return the indices of the points on each side of one along each axis, as (axis, indices), the nearest first."""
     return sides_on_grid(np.array([p.values for p in points]), k)
 
 
-def cliff_at(points: Sequence[ParameterPoint], k: int, paths: Sequence[str]) -> Cliff | None:
+def cliff_at(points: Sequence[SignalPoint], k: int, paths: Sequence[str]) -> Cliff | None:
     """Return the nearest value beside a point at which its signal is lost: less than half of it. paths: of the axes."""
     lines = [Line(paths[axis], [points[i].values[axis] for i in beside], beside) for axis, beside in neighbours_of(points, k)]
     return nearest_cliff(_scores(points), k, dict(zip(paths, points[k].values, strict=True)), lines)
 
 
-def safe_index(points: Sequence[ParameterPoint], paths: Sequence[str]) -> int | None:
+def safe_index(points: Sequence[SignalPoint], paths: Sequence[str]) -> int | None:
     """Return the index of the point with the largest signal of those from which a cliff is not near; None without any."""
     for k in _scores(points).order.tolist():
         cliff = cliff_at(points, k, paths) if points[k].signal else None
         if points[k].signal and (cliff is None or abs(cliff.distance) >= NEAR):
             return int(k)
     return None
+
+
+def values_beside_best(points: Sequence[SignalPoint]) -> list[tuple[float, ...]]:
+    """Return the values halfway between the one of the largest signal and its neighbours. points: in the order of their one
+    value."""
+    best = best_index(points)
+    if best is None:
+        return []
+    neighbours = [points[i].values for i in (best - 1, best + 1) if 0 <= i < len(points)]
+    return [((points[best].values[0] + one[0]) / 2,) for one in neighbours]

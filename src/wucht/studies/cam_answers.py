@@ -1,0 +1,78 @@
+"""What studies of cam drives state alike: laws and motions with their derivatives, contours of cams, and lengths in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from wucht.cams.cam import Cam
+from wucht.cams.cam_curves import CamCurves
+from wucht.cams.laws import Law
+from wucht.cams.shape import COMMON
+from wucht.plots.cam_drawings import LAW_NAMES, PER_ANGLE
+from wucht.studies.answer import Answer
+
+_DECIMALS = 9  # of lengths in mm: smaller differences are rounding
+_CURVES: Mapping[str, tuple[str, str, Callable[[CamCurves], np.ndarray]]] = {
+    "contour_x": ("contour, x", "m", lambda curves: curves.contour.real),
+    "contour_y": ("contour, y", "m", lambda curves: curves.contour.imag),
+    "pitch_x": ("pitch curve, x", "m", lambda curves: curves.pitch.real),
+    "pitch_y": ("pitch curve, y", "m", lambda curves: curves.pitch.imag),
+    "normal_x": ("normal, x", "", lambda curves: curves.normal.real),
+    "normal_y": ("normal, y", "", lambda curves: curves.normal.imag),
+    "curvature": ("curvature of the contour", "1/m", lambda curves: curves.curvature),
+    "uncut": ("margin against undercut, 0 at an edge", "", lambda curves: curves.uncut),
+    "pressure_angle": ("pressure angle", "rad", lambda curves: curves.pressure_angle),
+}
+
+
+def state_law(a: Answer, law: Law, angles: np.ndarray, what: str, unit: str) -> None:
+    """State a law at cam angles (N,), and its derivatives. what: the law in words."""
+    for order, (name, per) in enumerate(zip(LAW_NAMES, PER_ANGLE, strict=True)):
+        long_name = f"{name} with respect to the cam angle" if order else what
+        a.curve(name, law(angles, order), long_name, unit + per, "cam_angle")
+
+
+def state_motion(a: Answer, name: str, derivatives: Iterable[Any], what: str, unit: str, over: str = "cam_angle") -> None:
+    """State a motion with its derivatives by the cam angle, from order 0 on, as variables whose names begin alike."""
+    for order, values in enumerate(derivatives):
+        suffix = LAW_NAMES[order] if order else ""
+        a.curve(
+            f"{name}_{suffix}" if order else name, values, f"{what}, {suffix}" if order else what, unit + PER_ANGLE[order], over
+        )
+
+
+def state_curves(
+    a: Answer, names: Sequence[str], rows: Callable[[Callable[[CamCurves], np.ndarray]], np.ndarray], over: str
+) -> None:
+    """State curves of cams, in the plane that turns with them.
+
+    names: of these variables. rows: the array of one curve of all cams, given what gets it of a cam. over: its dimensions.
+    """
+    for name in names:
+        what, unit, get_curve = _CURVES[name]
+        a.curve(name, rows(get_curve), what, unit, over)
+
+
+def state_rollers(a: Answer, cams: Iterable[Cam]) -> None:
+    """State the radius of the roller of each cam."""
+    radii = [math.nan if cam.roller_radius is None else cam.roller_radius for cam in cams]
+    a.curve("roller_radius", np.array(radii, float), "radius of the roller", "m", "cam")
+
+
+def state_common_pressure_angle(a: Answer, follower_unit: str) -> None:
+    """State the pressure angle that a follower commonly has, which turns (rad) or slides (m)."""
+    a.curve("common_pressure_angle", COMMON[follower_unit], "usual upper limit of the pressure angle", "rad", "")
+
+
+def length_text(length: float | None) -> str:
+    """Return a length in m as text, in mm."""
+    return "none" if length is None else f"{round(1e3 * length, _DECIMALS) + 0.0:.4g} mm"
+
+
+def angle_text(angle: float) -> str:
+    """Return an angle in rad as text, in degrees."""
+    return f"{math.degrees(angle):.4g}°"
