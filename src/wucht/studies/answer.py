@@ -225,15 +225,3 @@ class Answer:
 def _at_path(text: str, path: str, texts: Mapping[str, str]) -> str:
     """A text with a path before those of its fields, but for fields of texts."""
     return re.sub(r"\{([^{}:]+)", lambda field: field[0] if field[1] in texts else f"{{{path}.{field[1]}", text)
-
-
-class LateAnswer(Answer):
-    """An answer that takes long to make, of a study that yields often: it is made where its Dataset is needed."""
-
-    def __init__(self, make: Callable[[], Answer]) -> None:
-        super().__init__()
-        self._make = make
-
-    def to_dataset(self, base: xr.Dataset | None = None) -> xr.Dataset:
-        """See ``Answer``."""
-        return self._make().to_dataset(base)

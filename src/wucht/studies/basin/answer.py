@@ -18,14 +18,13 @@ _MOST_FAILURES = 3  # listed individually
 _HEADLINES = ("compensated", "passed", "captured", "captured-modulated")
 
 
-def outcome_answer(map_: OutcomeMap, omissions: tuple[str, ...], refine: int, last: Level) -> Answer:
-    """Return the answer as far as it is known on the last of ``refine`` levels.
+def state_outcomes(a: Answer, map_: OutcomeMap, omissions: tuple[str, ...], refine: int, last: Level) -> None:
+    """State the answer as far as it is known on the last of ``refine`` levels.
 
     The dimensions have the names of the axes, such as psi and delta. With refined borders there are all variables once more on
     the finer cells (``refined_outcome``), where the parts of a coarser cell inherit its values.
     """
-    machine = map_.question.machine
-    a, levels = Answer(machine.units), last.with_coarser_ones
+    levels = last.with_coarser_ones
     _state_cells(a, map_, levels[0], "")
     if last.coarser is not None:
         cells, words = _state_cells(a, map_, last, "refined_"), "halvings after which the run was made (-1: not computed)"
@@ -41,14 +40,13 @@ def outcome_answer(map_: OutcomeMap, omissions: tuple[str, ...], refine: int, la
     _state_shares(a, map_, refine, levels)
     a.number("model", map_.question.model, "equations")
     a.line("integrated", a.number("integration", integration_note(map_.question), "method of integration"))
-    a.number("amplitude_unit", machine.orbit_unit, "unit of amplitudes")
+    a.number("amplitude_unit", map_.question.machine.orbit_unit, "unit of amplitudes")
     a.number("time_unit", a.unit("time"), "unit of times")
     a.number("until", map_.question.until, "time until which each motion is integrated", "time")
     a.warn(*omissions)
     _warn_of_missing_cells(a, refine, last)
     _state_times(a, map_, last)
     _state_failures(a, map_, levels)
-    return a
 
 
 def _state_cells(a: Answer, map_: OutcomeMap, level: Level, prefix: str) -> str:

@@ -32,9 +32,9 @@ _PARTS = {
 }  # fmt: skip
 
 
-def attractor_answer(map_: AttractorMap, has_random_starts: bool, labels_of: AttractorLabels) -> Answer:
-    """Return the answer with the labels of the cells; has_random_starts: further states are drawn at random."""
-    a, attractors, cells = Answer(), labels_of.attractors, labels_of.labels
+def state_attractors(a: Answer, map_: AttractorMap, has_random_starts: bool, labels_of: AttractorLabels) -> None:
+    """State the answer with the labels of the cells; has_random_starts: further states are drawn at random."""
+    attractors, cells = labels_of.attractors, labels_of.labels
     names, labels = map_.subject.system.state_names, _labels(labels_of)
     inside = {k: cells == k for k in np.unique(cells).tolist()}
     fractions = {labels[k]: share(mask) for k, mask in inside.items()}
@@ -79,7 +79,6 @@ def attractor_answer(map_: AttractorMap, has_random_starts: bool, labels_of: Att
         a.attribute(**{f"{letter}_{word}": value for word, value in ends.items()})
     a.line("shares", "± holds in 19 of 20 cases")
     _warn(a, map_, labels_of, fractions)
-    return a
 
 
 def _state_map(a: Answer, map_: AttractorMap, cells: np.ndarray, halvings: int, labels: dict[int, str]) -> None:

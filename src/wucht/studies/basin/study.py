@@ -23,9 +23,9 @@ from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.schema import Composite, composite
 from wucht.studies import key_types as common
-from wucht.studies.answer import Answer, LateAnswer
-from wucht.studies.basin.answer import outcome_answer
-from wucht.studies.basin.attractor_answer import attractor_answer
+from wucht.studies.answer import Answer
+from wucht.studies.basin.answer import state_outcomes
+from wucht.studies.basin.attractor_answer import state_attractors
 from wucht.studies.basin.attractor_figure import attractor_figure
 from wucht.studies.basin.figure import figure
 from wucht.studies.next_question import NextQuestion
@@ -157,11 +157,14 @@ class Basin(EnsembleStudy):
         """Compute the map tile by tile, or level by level."""
         if isinstance(prepared, AttractorMap):
             for labels in prepared.compute(self.refine, work):
-                yield LateAnswer(partial(attractor_answer, prepared, bool(self.ranges), labels))
+                yield Answer(
+                    fill=partial(state_attractors, map_=prepared, has_random_starts=bool(self.ranges), labels_of=labels)
+                )
             return
         map_, omissions = prepared
         for level in map_.compute(self.refine, work):
-            yield LateAnswer(partial(outcome_answer, map_, omissions, self.refine, level))
+            fill = partial(state_outcomes, map_=map_, omissions=omissions, refine=self.refine, last=level)
+            yield Answer(map_.question.machine.units, fill)
 
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw the maps, the refined ones if the borders are refined."""
