@@ -23,6 +23,7 @@ from typing import TypeVar
 import numpy as np
 import sympy as sp
 
+from wucht.analysis.planar_portraits import planar_section
 from wucht.files.catalogue import load_machine
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.continuation.deflation import deflated_solutions, random_starts
@@ -34,8 +35,6 @@ from wucht.numerics.flow.integration import integrate
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_starts import cycle_near
 from wucht.numerics.periodic.cycles import STEPS, Cycles
-from wucht.studies.phase_portrait.computation import planar_section
-from wucht.studies.phase_portrait.spec import PhasePortrait
 from wucht.system import System
 
 T = TypeVar("T")
@@ -88,7 +87,7 @@ def least(function: Callable[[], T], repetitions: int) -> tuple[float, T]:
 
 def _planar() -> tuple[System, Mapping[str, float]]:
     """The equations of both pendulums together, and the numbers of Table 5.1."""
-    made = planar_section(PhasePortrait(together=True), load_machine("drozdetskaya-2020/table-5.1"))
+    made = planar_section(load_machine("drozdetskaya-2020/table-5.1"), together=True)
     return made.system, made.values
 
 

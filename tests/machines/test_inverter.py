@@ -17,7 +17,7 @@ from wucht.machines.operation import free_speed
 from wucht.machines.parts import drives
 from wucht.schema import validate_table
 from wucht.studies.coast_down import CoastDown
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 from wucht.studies.torque_balance import TorqueBalance
 

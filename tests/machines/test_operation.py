@@ -28,7 +28,7 @@ from wucht.machines.operation import (
 )
 from wucht.machines.structure import SPEED
 from wucht.studies.runner import run
-from wucht.studies.synchronous_states.spec import SynchronousStates
+from wucht.studies.synchronous_states.study import SynchronousStates
 
 ROTOR = {"kind": "rotor", "mass": 2.0, "eccentricity": 0.1, "inertia": 0.03}
 CARRIER = {"mass": 10.0, "stiffness": 1e4, "damping": 10.0}

@@ -12,7 +12,7 @@ from wucht.machines.schedules import SCHEDULE_WORK, Schedule, proportional_volta
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.piecewise import interpolated_pieces
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 
 PLATE = {

@@ -13,7 +13,7 @@ from wucht import Machine, parts
 from wucht.analysis.vibration import unbalance_scale, unbalances
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 
 CARRIER = {"mass": 1.0, "stiffness": [4e3, 9e3], "damping": [6.0, 9.0], "gravity": 9.81}

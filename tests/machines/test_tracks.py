@@ -12,10 +12,8 @@ from wucht.files.building import machine_from
 from wucht.machines.tracks import angular_width
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
-from wucht.studies.run_up.computation import prepare
-from wucht.studies.run_up.report import report
-from wucht.studies.run_up.spec import RunUp
-from wucht.studies.runner import run
+from wucht.studies.run_up.study import RunUp
+from wucht.studies.runner import report, run
 
 TURN = 2 * math.pi
 STILL = {"kind": "constant-speed", "speed": 0.0}
@@ -240,7 +238,7 @@ def test_tracks_do_not_hinder_each_other():
 )
 def test_starts_that_overlap_are_refused(start, refusal):
     with refusal:
-        prepare(RunUp(until=1.0, start=start), grinder(2))
+        RunUp(until=1.0, start=start).prepare(grinder(2))
 
 
 def test_bodies_of_which_none_is_named_stand_evenly_spaced():

@@ -17,7 +17,7 @@ from wucht.machines.parts import ConstantTorque, LinearDrive
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.studies.coast_down import CoastDown
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 from wucht.studies.torque_balance import TorqueBalance
 

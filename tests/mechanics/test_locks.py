@@ -16,7 +16,7 @@ from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.files.building import machine_from
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 
 FAR = {"time": 1e6}

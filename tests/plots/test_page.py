@@ -36,7 +36,7 @@ def test_a_figure_that_would_be_too_tall(
             axis.set(xlabel="time (s)", ylabel="speed (rad/s)")
         return drawn
 
-    monkeypatch.setattr("wucht.studies.run_up.figure.figure", figure)
+    monkeypatch.setattr(package.RunUp, "draw", lambda _, result: figure(result))
     drawn = package.draw(result, JOURNAL)
     assert round(drawn.get_figwidth() * MM) == width
     assert drawn.get_figheight() <= JOURNAL.tallest

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from wucht.files.building import machine_from
 from wucht.machines.machine import DISSIPATED_WORK, SUPPLIED_WORK
 from wucht.machines.schedules import SCHEDULE_WORK
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 
 few = settings(

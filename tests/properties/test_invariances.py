@@ -16,7 +16,7 @@ from wucht.files.building import machine_from
 from wucht.machines.machine import DISSIPATED_WORK, SUPPLIED_WORK
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 
 TURN = 2 * math.pi

@@ -22,11 +22,11 @@ from wucht.studies.load_spectrum.study import LoadSpectrum
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.registry import studies
 from wucht.studies.response.study import Response
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, report, run
 from wucht.studies.spec import AVERAGED_EQUATIONS, FULL_EQUATIONS, Spec
-from wucht.studies.speed_curve.spec import SpeedCurve
-from wucht.studies.synchronous_states.spec import SynchronousStates
+from wucht.studies.speed_curve.study import SpeedCurve
+from wucht.studies.synchronous_states.study import SynchronousStates
 
 R1, DIMENSIONLESS = "drozdetskaya-2020/r1", "drozdetskaya-2020/table-5.1"
 WITHOUT, KEPT = (f"averaged equations {word} the inertia of the balancing bodies" for word in ("without", "with"))

@@ -6,11 +6,14 @@ import math
 from typing import Any
 
 import pytest
+from tests.hand_made import titled
 
 import wucht as package
 from wucht import LoadSpectrum, Machine, RunUp, parts
-from wucht.results.bearing_text import force_text, life_text
-from wucht.studies.bearing_variables import life_quantities, load_quantities
+from wucht.dynamics.run_ups.bearing_loads import BearingLife, BearingLoad
+from wucht.results.report import report_of
+from wucht.studies.answer import Answer
+from wucht.studies.bearing_variables import force_text, state_lives, state_loads
 
 SPEED, UNBALANCE = 1500 * math.pi / 30, 0.2
 FORCE = UNBALANCE * SPEED**2
@@ -64,8 +67,15 @@ def test_each_rotor_has_its_bearing() -> None:
     assert together["largest_range"] == pytest.approx(2 * (108 - 36), rel=1e-3)
 
 
+def lines(loads: dict[str, BearingLoad], lives: dict[str, BearingLife], is_shown: bool = True) -> list[str]:
+    a = Answer()
+    state_loads(a, loads, is_shown)
+    state_lives(a, lives)
+    return report_of(titled(a.to_dataset().assign_attrs(study="run-up")))[2:]
+
+
 def test_a_record_and_machines_without_ratings_have_no_life() -> None:
-    assert load_quantities({}) == life_quantities({}) == [] and life_text({}) == ""
+    assert lines({}, {}) == []
     assert (
         "bearing_life" not in package.run(LoadSpectrum(until=1.0), package.load_machine("drozdetskaya-2020/r1")).wucht.summary
     )
@@ -73,3 +83,29 @@ def test_a_record_and_machines_without_ratings_have_no_life() -> None:
 
 def test_forces_in_words() -> None:
     assert (force_text(999.96), force_text(1000.0), force_text(0.0)) == ("1000 N", "1 kN", "0 N")
+
+
+def test_the_bearing_forces_of_many_rotors() -> None:
+    steady = {f"r{k}": 100.0 * (1 + k % 4) for k in range(8)}
+    loads = {name: BearingLoad(f, (f, 0.0), 1.1 * f, 2 * f) for name, f in steady.items()}
+    listing = ", ".join(f"r{k} {f:.0f} N ({1.1 * f:.0f} N at most)" for k, f in enumerate(steady.values()) if k not in (0, 4))
+    assert lines(loads, {}) == [f"  bearings     {listing} at the end; 2 smaller ones; 800 N at most in the whole run"]
+    assert lines(loads, {}, is_shown=False) == []
+
+
+@pytest.mark.parametrize(
+    ("load", "hours", "text"),
+    [
+        (2600.0, 1234.56, "1235 h under 2.6 kN"),
+        (1.0, 1e7, "more than 1e+07 h"),
+        (0.0, None, "has no load"),
+        (None, None, "does not turn"),
+    ],
+)
+def test_a_life_in_words(load: float | None, hours: float | None, text: str) -> None:
+    assert lines({}, {"r0": BearingLife(load, hours, 1e4)}) == [f"  bearing life r0 {text} (ISO 281, nine of ten)"]
+
+
+def test_of_many_bearings_the_shortest_lives_are_listed() -> None:
+    (line,) = lines({}, {f"r{k}": BearingLife(10.0, 900.0 - 100 * k, 1e4) for k in range(8)})
+    assert "r0 " not in line and "r1 " not in line and "r2 700 h under 10 N, " in line and line.endswith("; 2 longer ones")

@@ -23,13 +23,13 @@ from wucht.studies.exciter_design.spec import ExciterDesign
 from wucht.studies.load_spectrum.study import LoadSpectrum
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.orbit_branch.study import OrbitBranch
-from wucht.studies.phase_portrait.spec import PhasePortrait
+from wucht.studies.phase_portrait.study import PhasePortrait
 from wucht.studies.response.study import Response
-from wucht.studies.run_up.spec import RunUp
-from wucht.studies.speed_curve.spec import SpeedCurve
+from wucht.studies.run_up.study import RunUp
+from wucht.studies.speed_curve.study import SpeedCurve
 from wucht.studies.stability_map.spec import StabilityMap
 from wucht.studies.sweep.study import Sweep
-from wucht.studies.synchronous_states.spec import SynchronousStates
+from wucht.studies.synchronous_states.study import SynchronousStates
 from wucht.studies.torque_balance import TorqueBalance
 
 BASE: dict[Any, dict[str, Any]] = {

@@ -20,7 +20,7 @@ from wucht.machines.parts.support import Support
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
 from wucht.studies.response.study import Response
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 from wucht.studies.torque_balance import TorqueBalance
 

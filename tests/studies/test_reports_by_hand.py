@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 import xarray as xr
-from tests.hand_made import answered, titled, variable
+from tests.hand_made import answered, titled
 from tests.refusals import refused
 
-from wucht.results.quantities import Quantity, StudyResult
 from wucht.studies.registry import study_of
-from wucht.studies.run_up import combined_runs
-from wucht.studies.run_up.combined_runs import join_models
 from wucht.studies.shared_keys import Woehler, woehler_line, woehler_validator
 
 AT = "10 rad/s (95 rpm)"
@@ -60,20 +53,6 @@ def test_a_map_of_basins() -> None:
     assert told[-2:] == ["  unidentified 50 % of the map, integrated until 1.5 to 2", "  failed       1 run: see the warnings"]
 
 
-def test_a_cam_that_is_nowhere_touched() -> None:
-    follower = {"follower": variable("", 0.0, "follower", "rad")}
-    given: dict[str, Any] = {
-        "sentence": "as by hand", "cams": {}, "min_transmission_angle": math.radians(41.25), "smallest": None,
-        "contact": {"max_force": {"cam": {"value": 0.0, "at": 0.0}}, "least_preload": 2.5},
-    }  # fmt: skip
-    told = lines("cam-contour", False, follower, **given)
-    assert told[2].split() == ["transmission", *f"angle of the linkage at least {told[2].split()[-1]}".split()]
-    assert told[2].split()[-1].startswith("41.") and told[3:] == [
-        "  contact      none: the follower does not touch its cam",
-        "  preload      at least 2.5 N m to keep contact",
-    ]
-
-
 def test_woehler_lines() -> None:
     read: Any = woehler_validator("study.woehler").func
     line = read({"k": 5, "ND": 1e6, "SD": "8 mm"})
@@ -84,27 +63,3 @@ def test_woehler_lines() -> None:
     for knee in ("0 mm", "-1 mm"):
         with refused("study.woehler.SD", "greater than 0", given=knee):
             woehler_line(read({"k": 5, "ND": 1e6, "SD": knee}), "m", "study.woehler")
-
-
-def test_an_averaged_run_that_fails_is_a_warning_of_the_full_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    speed, radius = (
-        Quantity("speed", [[1.0, 2.0, 3.0]], "speed", "rad/s", "body time"),
-        Quantity("radius", [0.0] * 3, "r", "m", "time"),
-    )
-    full = StudyResult([speed, radius], "full", ["w"])
-    slow = StudyResult([replace(speed, value=[[5.0, 6.0]]), replace(radius, value=[7.0, 8.0])], "slow", failure="it burst")
-    motions = [SimpleNamespace(), SimpleNamespace()]
-    assert join_models(motions[:1], [full]) is full  # type: ignore[arg-type]
-    monkeypatch.setattr(combined_runs, "compared_motion", lambda motion: None)
-    for name in ("deviations_by_angle", "deviations_by_phase"):
-        monkeypatch.setattr(combined_runs, name, lambda *courses: None)
-    both = join_models(motions, [full, slow])  # type: ignore[arg-type]
-    assert both.warnings == ["w", "averaged equations: it burst"]
-    assert both.attributes == {"model": "both"}
-    result = both.to_dataset()
-    assert result.slow_speed.values[0, :2].tolist() == [5.0, 6.0]
-    assert np.isnan(result.slow_speed.values[0, 2])
-    assert result.slow_radius.dims == ("time",)
-    assert result.slow_speed.attrs == {"long_name": "speed, averaged equations", "units": "rad/s"}
-    assert result.wucht.summary["slow"] == {"sentence": "slow"}
-    assert result.wucht.summary["deviations"] == {"at_equal_angle": None, "at_equal_phase": None}

@@ -19,8 +19,7 @@ from wucht.studies import runner
 from wucht.studies.coast_down import CoastDown
 from wucht.studies.entrainment.study import Entrainment
 from wucht.studies.load_spectrum.study import LoadSpectrum
-from wucht.studies.run_up.computation import numbers, prepare
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 from wucht.studies.spec import Spec
 
@@ -65,7 +64,7 @@ def test_a_result_larger_than_the_memory(question: Spec, monkeypatch: pytest.Mon
 def test_what_is_usual_has_room_on_a_small_computer(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(room, "machine_memory", lambda: 4e9)
     for asked in (RunUp(settled=True), RunUp(until=1e4)):
-        room.refuse_numbers(numbers(prepare(asked, load_machine(R1))))
+        room.refuse_numbers(asked.stored_numbers(asked.prepare(load_machine(R1))))
 
 
 def test_the_memory_of_the_machine_is_limited_as_the_process_is(monkeypatch: pytest.MonkeyPatch) -> None:

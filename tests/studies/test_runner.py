@@ -28,10 +28,10 @@ from wucht.studies import runner
 from wucht.studies.memory import UnitMemory
 from wucht.studies.registry import studies
 from wucht.studies.response.study import Response
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.spec import Spec
 from wucht.studies.subjects import Description
-from wucht.studies.synchronous_states.spec import SynchronousStates
+from wucht.studies.synchronous_states.study import SynchronousStates
 
 
 class Numbers:

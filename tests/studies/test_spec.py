@@ -9,8 +9,7 @@ from tests.refusals import Refusal, refused
 
 from wucht.files.catalogue import load_machine
 from wucht.studies.response.study import Response
-from wucht.studies.run_up.computation import prepare as prepare_run_up
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 
 DIMENSIONLESS = "drozdetskaya-2020/table-5.1"
@@ -44,5 +43,5 @@ def test_units_are_refused_where_the_machine_has_none() -> None:
 def test_words_for_another_key_are_no_quantities(until: Any) -> None:
     spec = RunUp.from_table({"until": until})
     spec.refuse_units()
-    (case,) = prepare_run_up(spec, load_machine(DIMENSIONLESS)).cases
+    (case,) = spec.prepare(load_machine(DIMENSIONLESS))
     assert case.run.horizon.until_settled == ("turns" not in dict.fromkeys(until))

@@ -16,7 +16,7 @@ import xarray as xr
 
 from wucht.files.catalogue import load_document, load_machine
 from wucht.studies.approximation.spec import Approximation
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 
 TABLE_5_1 = "drozdetskaya-2020/table-5.1"

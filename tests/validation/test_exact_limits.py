@@ -26,7 +26,7 @@ from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integration import integrate
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 
 GRAVITY = 9.81  # m/s^2

@@ -14,7 +14,7 @@ import pytest
 
 from wucht.files.catalogue import load_machine
 from wucht.studies.runner import run
-from wucht.studies.speed_curve.spec import SpeedCurve
+from wucht.studies.speed_curve.study import SpeedCurve
 from wucht.studies.study_file import read_study
 
 FIGURE = "drozdetskaya-2020/figure-{}"

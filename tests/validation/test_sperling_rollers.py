@@ -24,7 +24,7 @@ from scipy.optimize import fsolve
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.mechanics.lagrange import acceleration, equations_of_motion, reaction
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
 

@@ -20,7 +20,7 @@ from scipy.optimize import brentq
 from wucht.analysis.starting import SUDDEN, starts_from_rest
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 from wucht.studies.torque_balance import TorqueBalance
 from wucht.studies.voltage_dip.study import VoltageDip

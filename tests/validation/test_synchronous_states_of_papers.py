@@ -23,7 +23,7 @@ from wucht.files.catalogue import load_machine
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.studies.runner import run
-from wucht.studies.synchronous_states.spec import SynchronousStates
+from wucht.studies.synchronous_states.study import SynchronousStates
 
 Entry = dict[str, Any]
 

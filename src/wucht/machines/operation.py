@@ -26,7 +26,8 @@ _MOST_TIMES = 64  # at which the machine is examined for its fastest operation
 _DRIVEN_POINTS = 401  # speeds at which a drive is examined
 MOST_BODIES = 11  # of a machine whose states are searched
 LOWEST = 1e-3  # of the highest speed: lower end of a search
-DEFAULT_SPEED = 100.0  # rad/s, where neither natural frequencies nor drives determine a speed
+_SLOWER, _FASTER = 1e-3, 1e3  # of the lowest and the highest speed of the machine: limits of computations
+_DEFAULT_SPEED = 100.0  # rad/s, where neither natural frequencies nor drives determine a speed
 _SAME = 1e-6  # of the speed: equilibria that are one
 _MARGIN = 1 + 1e-4  # of the highest speed without vibration: upper end of a search
 _RUNAWAY = 3  # times the highest natural frequency: upper end of a search where the drive has no no-load speed
@@ -257,5 +258,12 @@ def driven_speeds(machine: Mechanism) -> tuple[tuple[float, float], bool]:
     top = max((abs(w) for w in free.values() if w is not None), default=0.0)
     runaway = any(w is None and net_torque(machine, r)(0.0) for r, w in free.items())
     if runaway:
-        top = max(top, _RUNAWAY * max((f for f in natural_frequencies(machine).values() if f > 0), default=DEFAULT_SPEED))
+        top = max(top, _RUNAWAY * max((f for f in natural_frequencies(machine).values() if f > 0), default=_DEFAULT_SPEED))
     return (LOWEST * top, top if runaway else _MARGIN * top), runaway
+
+
+def computable_speeds(machine: Mechanism) -> tuple[float, float]:
+    """Return the lowest and the highest computable speed, by the machine's natural frequencies and drives."""
+    machine_speeds = [*natural_frequencies(machine).values(), *(abs(free_speed(machine, r) or 0.0) for r in machine.rotors)]
+    machine_speeds = [w for w in machine_speeds if w > 0 and math.isfinite(w)] or [_DEFAULT_SPEED]
+    return _SLOWER * min(machine_speeds), _FASTER * max(machine_speeds)

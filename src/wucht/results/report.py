@@ -15,7 +15,7 @@ from wucht.results.formatting import number_text
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST_LINES = 200
+MOST_LINES = 1000  # as many as 500 runs of both models have
 _FIELD = re.compile(r"\{([^{}:]+)(?::([^{}]*))?\}")
 _FORM = re.compile(r"(?:\.(?:\d|1[0-6])[gfe])?%?")
 _STEP = re.compile(r"\[(\d{1,9})\]|\.?([^.\[\]]+)")
@@ -52,8 +52,9 @@ def report_of(result: xr.Dataset) -> list[str]:
     if faults:
         what = "a line that is" if len(faults) == 1 else f"{len(faults)} lines that are"
         lines.append(_column_line("note", f"{what} left out cannot be read: {faults[0]}"))
-    verdict = (report or {}).get("verdict") or result.wucht.sentence
-    return [result.wucht.title, f"verdict: {verdict}", *lines]
+    verdict = (report or {}).get("verdict")
+    verdict_lines = [] if verdict == "" else [f"verdict: {verdict or result.wucht.sentence}"]
+    return [result.wucht.title, *verdict_lines, *lines]
 
 
 def _main_numbers(result: xr.Dataset) -> Iterator[tuple[str, str, dict[str, str]]]:
@@ -61,14 +62,14 @@ def _main_numbers(result: xr.Dataset) -> Iterator[tuple[str, str, dict[str, str]
         yield "", f"{{what}}: {{{path}}}", {"what": result.wucht.description_at(path)}
 
 
-def _column_line(heading: str, text: str) -> str:
-    return f"  {heading:13}{text}"
+def _column_line(heading: str | None, text: str) -> str:
+    return text if heading is None else f"  {heading:13}{text}"
 
 
 def _line(result: xr.Dataset, entry: Any) -> str | None:
     """Return a line; None if one of its numbers is None. Raises ``_NoLineError``."""
     match entry:
-        case [str(heading), str(text), dict(texts)] if all(isinstance(one, str) for one in texts.values()):
+        case [str() | None as heading, str(text), dict(texts)] if all(isinstance(one, str) for one in texts.values()):
             pass
         case _:
             raise _NoLineError("a line is a heading, a text, and texts for its fields")

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -42,7 +43,7 @@ class Answer:
     sentence : str
         The answer in one sentence.
     verdict : str, optional
-        What the report says in its place.
+        What the report says in its place; empty: nothing.
     failure : str, optional
         Reason why the answer is not complete.
     """
@@ -55,7 +56,7 @@ class Answer:
         self._fill = fill
         self._quantities: list[Quantity] = []
         self._path = ""
-        self._lines: list[tuple[str, str, dict[str, str]]] = []
+        self._lines: list[tuple[str | None, str, dict[str, str]]] = []
         self._warnings: list[str] = []
         self._assumptions: list[str] = []
         self._attributes: dict[str, Any] = {}
@@ -169,13 +170,13 @@ class Answer:
         """State quantities that several studies share."""
         self._quantities += quantities
 
-    def line(self, heading: str, text: str, at: str = "", **texts: str) -> None:
+    def line(self, heading: str | None, text: str, at: str = "", **texts: str) -> None:
         """Add a line to the report. It is left out if one of its numbers is None.
 
         Parameters
         ----------
-        heading : str
-            Text in the column beside it.
+        heading : str, optional
+            Text in the column beside it. None: the line itself is a heading, of those that follow.
         text : str
             With fields: ``{breakdown.speed}``, a number of the summary by its path, with its unit; ``{jumps[0].speed}``, of a
             list; ``{slip:%}``, a share in percent; ``{turns:.3g}``, with a format, ``.Ng``, ``.Nf``, ``.Ne``, and ``%`` after
@@ -210,16 +211,18 @@ class Answer:
         subject_unit: str = getattr(self._units, kind)
         return unit.replace(kind, subject_unit) if subject_unit else ""
 
-    def to_dataset(self, base: xr.Dataset | None = None) -> xr.Dataset:
-        """Return the Dataset; given one with the variables, a copy of it with the attributes. See ``StudyResult``."""
+    def result(self) -> StudyResult:
+        """Return all that is stated: for a study that joins or compares several answers."""
         if self._fill is not None:
             fill, self._fill = self._fill, None
             fill(self)
+        return StudyResult(self._quantities, self.sentence, self._warnings, self._assumptions, self.failure, self._attributes)
+
+    def to_dataset(self, base: xr.Dataset | None = None) -> xr.Dataset:
+        """Return the Dataset; given one with the variables, a copy of it with the attributes. See ``StudyResult``."""
+        result = self.result()
         lines = to_json({"verdict": self.verdict, "lines": self._lines}, indent=None)
-        attributes = self._attributes | {"lines": lines}
-        return StudyResult(
-            self._quantities, self.sentence, self._warnings, self._assumptions, self.failure, attributes
-        ).to_dataset(base)
+        return replace(result, attributes={**result.attributes, "lines": lines}).to_dataset(base)
 
 
 def _at_path(text: str, path: str, texts: Mapping[str, str]) -> str:

@@ -1,44 +1,54 @@
-"""Forces on bearings, and their life, in a summary."""
+"""Forces on bearings, and their life, in an answer."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from wucht.dynamics.run_ups.bearing_loads import BearingLife, BearingLoad
-from wucht.results.bearing_text import life_text
-from wucht.results.quantities import Quantity
 from wucht.studies.answer import Answer
 
+_MOST_ROTORS = 6  # named one by one
+_FOREVER = 1e7  # h, beyond which a life is no prediction
 
-def load_quantities(loads: Mapping[str, BearingLoad]) -> list[Quantity]:
-    """Return the quantities of the forces of rotors on their bearings at the end of a run."""
+
+def state_loads(a: Answer, loads: Mapping[str, BearingLoad], is_shown: bool, mark: str = "") -> None:
+    """State the forces of rotors on their bearings at the end of a run. is_shown: in a line, with a mark at its end."""
     if not loads:
-        return []
-    of = {name: [getattr(load, name) for load in loads.values()] for name in ("largest", "steady", "vector", "peak")}
-    by_rotor = {name: dict(zip(loads, values, strict=True)) for name, values in of.items()}
-    vectors = {name: list(vector) for name, vector in by_rotor["vector"].items()}
-    return [
-        Quantity("bearing_forces", by_rotor["largest"], "largest force of each rotor on the carrier at the end", "N"),
-        Quantity("steady_bearing_forces", by_rotor["steady"], "mean magnitude of the force of each rotor at the end", "N"),
-        Quantity("mean_bearing_force_vectors", vectors, "mean force of each rotor at the end, in x and y", "N"),
-        Quantity("peak_bearing_forces", by_rotor["peak"], "largest force of each rotor in the whole run", "N"),
-    ]
+        return
+    largest, steady, peak = ({n: getattr(load, key) for n, load in loads.items()} for key in ("largest", "steady", "peak"))
+    vectors = {name: list(load.vector) for name, load in loads.items()}
+    a.number("bearing_forces", largest, "largest force of each rotor on the carrier at the end", "N")
+    a.number("steady_bearing_forces", steady, "mean magnitude of the force of each rotor at the end", "N")
+    a.number("mean_bearing_force_vectors", vectors, "mean force of each rotor at the end, in x and y", "N")
+    a.number("peak_bearing_forces", peak, "largest force of each rotor in the whole run", "N")
+    if is_shown:
+        first = sorted(steady, key=lambda name: -largest[name])[:_MOST_ROTORS]
+        listing = ", ".join(f"{n} {force_text(f)} ({force_text(largest[n])} at most)" for n, f in steady.items() if n in first)
+        more = f"; {len(steady) - _MOST_ROTORS} smaller ones" if len(steady) > _MOST_ROTORS else ""
+        in_run = f"{force_text(max(peak.values()))} at most in the whole run"
+        a.line("bearings", "{listing}", listing=f"{listing} at the end{more}; {in_run}{mark}")
 
 
-def life_quantities(lives: Mapping[str, BearingLife]) -> list[Quantity]:
-    """Return the quantities of the life of bearings that have a rating."""
+def state_lives(a: Answer, lives: Mapping[str, BearingLife], mark: str = "") -> None:
+    """State the life of bearings that have a rating; in the line the shortest of many, with a mark at its end."""
     if not lives:
-        return []
+        return
     loads, hours = ({n: getattr(life, key) for n, life in lives.items()} for key in ("load", "hours"))
-    return [
-        Quantity("equivalent_bearing_loads", loads, "equivalent load of each rotor's bearing, ISO 281", "N"),
-        Quantity("bearing_life", hours, "life of each rotor's bearing, ISO 281", "h"),
-    ]
+    a.number("equivalent_bearing_loads", loads, "equivalent load of each rotor's bearing, ISO 281", "N")
+    a.number("bearing_life", hours, "life of each rotor's bearing, ISO 281", "h")
+    shortest = sorted(lives, key=lambda name: math.inf if hours[name] is None else float(hours[name] or 0.0))[:_MOST_ROTORS]
+    texts = [f"{name} {_hours(life)}" for name, life in lives.items() if name in shortest]
+    more = f"; {len(lives) - _MOST_ROTORS} longer ones" if len(lives) > _MOST_ROTORS else ""
+    a.line("bearing life", "{lives}", lives=f"{', '.join(texts)} (ISO 281, nine of ten){more}{mark}")
 
 
-def state_lives(a: Answer, lives: Mapping[str, BearingLife]) -> None:
-    """State the life of bearings that have a rating."""
-    a.add(life_quantities(lives))
-    loads, hours = ({n: getattr(life, key) for n, life in lives.items()} for key in ("load", "hours"))
-    if lives:
-        a.line("bearing life", "{lives}", lives=life_text({"bearing_life": hours, "equivalent_bearing_loads": loads}))
+def force_text(value: float) -> str:
+    """Return a force in N, or kN, as text."""
+    return f"{value / 1e3:.4g} kN" if value >= 1e3 else f"{value:.4g} N"
+
+
+def _hours(life: BearingLife) -> str:
+    if life.hours is None or life.load is None:
+        return "has no load" if life.load is not None else "does not turn"
+    return f"{life.hours:.4g} h under {force_text(life.load)}" if life.hours < _FOREVER else f"more than {_FOREVER:.0e} h"

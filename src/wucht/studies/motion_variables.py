@@ -25,7 +25,9 @@ from wucht.schema import Parameter, full_name
 if TYPE_CHECKING:
     from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
     from wucht.dynamics.branches.steady_states import Labels, Ordinates
+    from wucht.studies.answer import Answer, Column
 
+VALUES = ("value", "second_value")  # columns with the values of parameters, whatever these are called
 _TORQUES = {
     "motor_torque": "torque of the motor at the speed of the rotor, before the loss of a transmission",
     "drive_torque": "torque of the drive on the rotor, after the loss of a transmission",
@@ -236,25 +238,32 @@ def join_arrays(parts: Sequence[Any], rows: int | None = None) -> np.ndarray:
     return np.concatenate([empty, *parts], axis=-1)
 
 
-def steady_branch_quantities(
-    dimension: str, before: str, branches: Sequence[EquilibriumBranch], ordinates: Sequence[Ordinates], along: Parameter,
-    labels: Labels,
-) -> list[Quantity]:  # fmt: skip
-    """Quantities of the points on branches of steady states.
+def parameter_columns(*parameters: tuple[Parameter, Sequence[float | None]]) -> dict[str, Column]:
+    """Return the columns of parameters with their values, each under its path, and as ``value`` and ``second_value``.
+
+    One whose path is such a name has that meaning alone.
+    """
+    columns = [(values, along.full_name, along.unit) for along, values in parameters]
+    paths = [along.path for along, _ in parameters]
+    by_path = {path: column for path, column in zip(paths, columns, strict=True) if path not in VALUES}
+    return by_path | dict(zip(VALUES, columns, strict=False))
+
+
+def state_steady_points(
+    a: Answer, dimension: str, before: str, branches: Sequence[EquilibriumBranch], ordinates: Sequence[Ordinates],
+    along: Parameter, labels: Labels,
+) -> None:  # fmt: skip
+    """State the points on branches of steady states.
 
     before: prefix of the names of variables. ordinates: of each branch. labels: names and units of the ordinates; user
     equations have neither speed nor amplitude.
     """
     numbers = np.repeat(np.arange(len(branches)), [b.unknowns.shape[1] for b in branches])
-    of_machine = () if labels.of_equations else (
-        ("speed", labels.ordinate, labels.unit), ("amplitude", "amplitude of the axis", labels.length)
-    )  # fmt: skip
-    return [
-        Quantity(f"{before}value", join_arrays([b.parameter_values for b in branches]), along.full_name, along.unit, dimension),
-        *(
-            Quantity(f"{before}{name}", join_arrays([getattr(s, name) for s in ordinates]), long_name, unit, dimension)
-            for name, long_name, unit in of_machine
-        ),
-        Quantity(f"{before}stable", join_arrays([b.stable for b in branches]).astype(np.int8), "stable", "", dimension),
-        Quantity(f"{before}branch", numbers.astype(int), "branch", "", dimension),
-    ]
+    a.curve(f"{before}value", join_arrays([b.parameter_values for b in branches]), along.full_name, along.unit, dimension)
+    if not labels.of_equations:
+        amplitudes = join_arrays([s.amplitude for s in ordinates])
+        a.curve(f"{before}speed", join_arrays([s.speed for s in ordinates]), labels.ordinate, labels.unit, dimension)
+        a.curve(f"{before}amplitude", amplitudes, "amplitude of the axis", labels.length, dimension)
+    stable = join_arrays([b.stable for b in branches])
+    a.curve(f"{before}stable", stable.astype(np.int8), "stable", "", dimension)
+    a.curve(f"{before}branch", numbers.astype(int), "branch", "", dimension)

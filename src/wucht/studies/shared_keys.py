@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -15,22 +15,10 @@ from wucht.studies.key_types import Value
 from wucht.studies.study import Study
 
 NAMES = ("compensating", "together", "opposed")
-VALUES = ("value", "second_value")
 _TOLERANCE = 1e-6  # there are many members, and borders of basins are not known more precisely
 _KEYS = ("of", "range")
 _STEEPEST = 100.0  # slope of a Woehler line: those of materials are 3 to 20
 MachineSignalName = Literal["displacement", "spring-force", "bearing-force", "acceleration"]
-
-
-def entry_with_values(
-    entry: Mapping[str, Any], paths: Sequence[str], values: Sequence[float], optional: Sequence[str] = ()
-) -> dict[str, Any]:
-    """Add the values of its parameters to an entry of a summary: under ``value`` and ``second_value``, and under their names.
-
-    A name that is also another key of the table keeps that meaning. optional: keys of only some entries of the table.
-    """
-    values_by_path = {path: value for path, value in zip(paths, values, strict=True) if path not in optional}
-    return values_by_path | dict(zip(VALUES, values, strict=False)) | dict(entry)
 
 
 def _names(raw: Any) -> Any:

@@ -20,7 +20,7 @@ from wucht.machines.machine import Machine
 from wucht.numerics.flow.program import Evaluator
 from wucht.studies.basin.study import Basin
 from wucht.studies.load_spectrum.study import LoadSpectrum
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 from wucht.studies.spec import Spec
 from wucht.studies.start_stop import StartStop

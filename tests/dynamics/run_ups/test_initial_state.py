@@ -18,7 +18,7 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.studies.basin.study import Basin
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 
 INVERTER = {"kind": "inverter", "set_speed": 30.0, "gain": 1.0, "integral_time": 0.5, "torque_limit": 5.0}

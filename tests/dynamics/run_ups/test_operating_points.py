@@ -27,7 +27,7 @@ from wucht.machines.operation import LOWEST
 from wucht.numerics.angles import wrap_to_pi
 from wucht.studies.coast_down import CoastDown
 from wucht.studies.response.study import Response
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import report, run
 from wucht.studies.torque_balance import TorqueBalance
 

@@ -19,7 +19,7 @@ from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.studies.coast_down import CoastDown
 from wucht.studies.response.study import Response
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 from wucht.studies.torque_balance import TorqueBalance
 

@@ -13,9 +13,9 @@ from tests.refusals import Refusal, refused
 
 from wucht.files.catalogue import load_machine
 from wucht.studies.response.study import Response
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, report, run
-from wucht.studies.synchronous_states.spec import SynchronousStates
+from wucht.studies.synchronous_states.study import SynchronousStates
 from wucht.studies.torque_balance import TorqueBalance
 
 

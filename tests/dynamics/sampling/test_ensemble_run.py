@@ -18,7 +18,7 @@ from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 
 
 def pendulums(u: float) -> Machine:

@@ -17,7 +17,7 @@ from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run as ask
 
 R1 = load_machine("drozdetskaya-2020/r1")

@@ -15,9 +15,8 @@ from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.numerics.observers.turns import Samples
-from wucht.studies.run_up.report import report
-from wucht.studies.run_up.spec import RunUp
-from wucht.studies.runner import run
+from wucht.studies.run_up.study import RunUp
+from wucht.studies.runner import report, run
 
 FREE = 200.0
 MARGIN = 0.005 * FREE

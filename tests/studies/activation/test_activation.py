@@ -22,7 +22,7 @@ from wucht.studies.activation import computation
 from wucht.studies.activation.computation import prepare
 from wucht.studies.activation.figure import _peaks
 from wucht.studies.activation.spec import Activation
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, load, report
 from wucht.studies.runner import run as ask
 

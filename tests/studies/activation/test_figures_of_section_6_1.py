@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
 

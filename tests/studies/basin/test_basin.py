@@ -23,7 +23,7 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.results.spreadsheets import save_csv
 from wucht.studies.basin.study import Basin
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, load, report
 from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study

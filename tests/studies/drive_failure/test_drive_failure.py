@@ -20,7 +20,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.parts import drives
 from wucht.machines.schedules import schedules_of
 from wucht.studies.drive_failure import DriveFailure
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, report, run
 
 SCREEN = "practice/screen"

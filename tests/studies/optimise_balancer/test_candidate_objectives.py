@@ -17,7 +17,7 @@ from wucht.dynamics.verdicts.outcomes import OUTCOMES, RESONANCE_PASSED, Outcome
 from wucht.studies.optimise_balancer import computation
 from wucht.studies.optimise_balancer.computation import prepare
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study
 

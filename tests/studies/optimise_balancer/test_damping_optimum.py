@@ -12,7 +12,7 @@ from wucht.studies.optimise_balancer.computation import prepare
 from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study
-from wucht.studies.synchronous_states.spec import SynchronousStates
+from wucht.studies.synchronous_states.study import SynchronousStates
 
 MACHINE = read_study("sperling-rollers/figure-9").subject
 RANGE = [5e-6, 5e-4]

@@ -190,6 +190,7 @@ def test_orbits_of_a_rotor() -> None:
     asked = OrbitBranch(along="u", range=(2.9, 3.1), at=3.0, values=(3.0,), together=True)
     made = run(asked, load_machine("drozdetskaya-2020/table-5.1"))
     (orbit,) = made.wucht.summary["orbits"]
+    assert [warning.partition(":")[0] for warning in made.wucht.warnings] == ["no machine has these parameters"]
     assert orbit["period_phi"] == pytest.approx(630.30303, rel=1e-7)
     per_angle = orbit["period"] / orbit["period_phi"]
     assert orbit["exponents_phi"] == [[pytest.approx(per_angle * part) for part in e] for e in orbit["exponents"]]

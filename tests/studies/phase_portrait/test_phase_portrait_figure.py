@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 import pytest
 import xarray as xr
 
 import wucht
 from wucht.files.user_system import equations_from
-from wucht.numerics.phase_plane.fixed_points import STABLE, FixedPoint
-from wucht.studies.phase_portrait import dataset as portrait_dataset
 
 TILE = 2 * np.pi
 
@@ -76,15 +71,3 @@ def test_a_file_alone_is_drawn(cylinder: xr.Dataset, tmp_path: object) -> None:
     path = f"{tmp_path}/result.nc"
     cylinder.to_netcdf(path, engine="h5netcdf")
     assert len(wucht.draw(wucht.load(path)).axes) == len(wucht.draw(cylinder).axes)
-
-
-@pytest.mark.parametrize(("out", "stable"), [(-0.5, True), (0.5, False)])
-def test_a_stable_node_that_is_left_across_the_section_is_not_stable(out: float, stable: bool) -> None:
-    node = FixedPoint(np.zeros(2), np.array([-1.0, -2.0]), STABLE[0])
-    found: Any = SimpleNamespace(fixed_points=SimpleNamespace(points=(node,)), transverse=(np.array([out + 1j, out - 1j]),))
-    case: Any = SimpleNamespace(section=SimpleNamespace(rotor_speed=lambda state: -4.0))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(portrait_dataset, "_wrap_state", lambda plan, state: ())
-        entry = portrait_dataset._point_entry(SimpleNamespace(axes=()), case, found, 0)  # type: ignore[arg-type]
-    assert entry["stable"] is stable
-    assert entry["transverse_phi"] == [[out / 4, 0.25], [out / 4, -0.25]] and entry["eigenvalues_phi"][0] == [-0.25, 0.0]

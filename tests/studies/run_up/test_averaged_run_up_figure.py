@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from wucht.files.catalogue import load_machine
 from wucht.plots.style import SLOW
 from wucht.studies.run_up.figure import abscissa
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, run
 
 START = {"psi": 0.0, "delta": 0.5}

@@ -49,7 +49,10 @@ def test_contacts_that_are_stiff_enough() -> None:
     assert s["contact_check_residual"] == pytest.approx(difference, abs=1e-9)
     change = abs(t["peak_amplitude"] - s["peak_amplitude"]) / s["peak_amplitude"]
     assert s["contact_check_amplitude"] == pytest.approx(change, abs=1e-9)
-    assert "four times as stiff, the largest amplitude changes by" in "".join(wucht.report(soft))
+    report = "".join(wucht.report(soft))
+    assert f"four times as stiff, the largest amplitude changes by {100 * s['contact_check_amplitude']:.2g} %" in report
+    overlap, length = s["overlaps"]["ring"], s["overlap_lengths"]["ring"]
+    assert f"of 200 rad/s; bodies overlap by {1e6 * length:.3g} µm at most, {math.degrees(overlap):.2g}°" in report
 
 
 @pytest.mark.parametrize(("frequency", "is_changed"), [(3.0, True), (7.0, False)])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wucht.files.catalogue import load_machine
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 
 

@@ -60,12 +60,43 @@ def test_a_line(direction: str, angle: float) -> None:
     assert "throw_number" not in actual
 
 
+def told(result: Any) -> dict[str, str]:
+    """The lines of the report by their headings."""
+    return {line[2:15].strip(): line[15:] for line in package.report(result) if line.startswith("  ") and line[2:15].strip()}
+
+
 def test_in_words() -> None:
-    lines = package.report(package.run(RunUp(until=1.5, deck="10 deg"), machine("y")))
-    shown = {line.split()[0]: line for line in lines if line.startswith("  ")}
-    assert "mm peak to peak at 90.0\u00b0" in shown["stroke"]
-    assert "of a deck at 10\u00b0" in shown["acceleration"]
-    assert "on the carrier" in shown["force"]
+    result = package.run(RunUp(until=1.5, deck="10 deg"), machine("y"))
+    lines, s = told(result), result.wucht.summary
+    assert lines["stroke"] == f"{1e3 * s['stroke']:.4g} mm peak to peak at 90.0\u00b0, 0 \u00b5m across"
+    assert lines["acceleration"] == (
+        f"{s['acceleration']:.4g} m/s\u00b2, machine number {s['machine_number']:.3g}; throw number {s['throw_number']:.3g} of "
+        "a deck at 10\u00b0"
+    )
+    assert lines["force"] == f"{s['bearing_force']:.4g} N at most, of the bodies on the carrier"
+    assert "bearings" not in lines, "the force on the carrier is that of its bearing"
+
+
+def test_a_circle_has_no_direction_and_an_ellipse_two_axes() -> None:
+    round_carrier = parts.Carrier(mass=CARRIER, stiffness=1e5, damping=400.0)
+    drum = parts.Rotor(name="drum", mass=DRUM, eccentricity=UNBALANCE / DRUM, inertia=0.01)
+    circle = told(package.run(RunUp(until=1.5), Machine(round_carrier, [drum], [parts.ConstantSpeed(speed=SPEED)])))
+    assert circle["stroke"].endswith(" peak to peak on a circle")
+    ellipse = package.run(RunUp(until=1.5), machine())
+    s = ellipse.wucht.summary
+    across = f"{1e3 * s['stroke'] * s['throw_ratio']:.4g} mm across"
+    assert told(ellipse)["stroke"].endswith(f" at {math.degrees(s['throw_direction']):.1f}\u00b0, {across}")
+
+
+@pytest.mark.parametrize(("share", "is_felt"), [(0.9, False), (1.1, True)])
+def test_what_is_gentle_is_left_out_but_on_a_deck(share: float, is_felt: bool) -> None:
+    """A twentieth of the acceleration of gravity, share times."""
+    unbalance = share * 0.05 * GRAVITY / abs(by_pencil(STIFFNESS[0], DAMPING[0])) / SPEED**2 * UNBALANCE
+    carrier = parts.Carrier(mass=CARRIER, stiffness=STIFFNESS[0], damping=DAMPING[0], directions="xy")
+    drum = parts.Rotor(name="drum", mass=DRUM, unbalance=unbalance, inertia=0.01)
+    gentle = Machine(carrier, [drum], [parts.ConstantSpeed(speed=SPEED)])
+    assert ("stroke" in told(package.run(RunUp(until=1.5), gentle))) is is_felt
+    assert "stroke" in told(package.run(RunUp(until=1.5, deck=0.1), gentle))
 
 
 @pytest.mark.usefixtures("no_figures")
@@ -104,6 +135,9 @@ def test_the_force_of_each_of_two_exciters() -> None:
     assert result.rotor_bearing_force.dims == ("rotor", "plane", "time")
     for key in ("steady_bearing_forces", "peak_bearing_forces"):
         assert result.wucht.summary[key] == pytest.approx({"e1": 108.0, "e2": 36.0}, rel=1e-3)
+    assert "bearings" not in told(result), "it hardly moves"
+    light = Machine(parts.Carrier(mass=10.0, stiffness=1e4, damping=100.0), exciters, drives)
+    assert told(package.run(RunUp(until=1.0), light))["bearings"].startswith("e1 ")
 
 
 def test_one_bearing_on_an_ellipse() -> None:

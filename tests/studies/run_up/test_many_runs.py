@@ -12,8 +12,7 @@ from tests.refusals import refused
 
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
-from wucht.studies.run_up.computation import prepare
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, run
 
 MACHINE = "drozdetskaya-2020/table-5.1"
@@ -112,6 +111,6 @@ def test_a_result_of_another_question_is_not_continued(tmp_path: Path) -> None:
 )
 def test_what_is_refused(table: dict[str, Any], where: str, allowed: str) -> None:
     with pytest.raises(InputError, match="study") as raised:
-        prepare(RunUp.from_table({"kind": "run-up", "until": 10.0} | table), load_machine(MACHINE))
+        run(RunUp.from_table({"kind": "run-up", "until": 10.0} | table), load_machine(MACHINE))
     assert raised.value.location == where
     assert allowed in raised.value.explanation

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.hand_made import five_functions
 
 import wucht
 from wucht.errors import InputError
@@ -36,7 +35,7 @@ def test_its_summary_has_the_orbit_and_names_of_its_states() -> None:
 
 def test_a_report_and_a_figure_are_made_from_the_dataset(tmp_path: Path) -> None:
     result = wucht.run(wucht.RunUp(start={"a": 0.5}), subject({"a": "w", "w": "1 - w"}, ("a",)))
-    lines = five_functions("run-up").report(result)
+    lines = wucht.report(result)
     assert lines[1].startswith("verdict: PERIODIC, the motion tends to a periodic orbit of period 6.283185")
     assert any("a +1 a period" in line for line in lines)
     fig = wucht.draw(result)
@@ -86,7 +85,7 @@ def test_many_starts_and_values_are_one_result(tmp_path: Path) -> None:
     assert result.states.dims == ("case", "state", "sample")
     assert result.states.values[:, 0, 0].tolist() == [0.5, -0.5, 0.0] * 2
     assert any("mu = 4; all states 0: the start lies on an unstable equilibrium" in w for w in result.wucht.warnings)
-    lines = five_functions("run-up").report(result)
+    lines = wucht.report(result)
     assert lines[1] == "verdict: 6 equilibrium"
     assert lines[2].split(maxsplit=1)[1] == "mu = 1; x = 0.5: the motion tends to an equilibrium at x = 1"
     fig = wucht.draw(result)
@@ -109,7 +108,7 @@ def test_runs_of_different_ends_are_counted() -> None:
 def test_a_chaotic_motion_is_so_for_a_time_and_tends_to_nothing() -> None:
     lorenz = subject({"x": "10*(y - x)", "y": "x*(28 - z) - y", "z": "x*y - 8/3*z"})
     result = wucht.run(wucht.RunUp(start={"x": 1.0, "y": 1.0, "z": 1.0}), lorenz)
-    s, told = result.wucht.summary, five_functions("run-up").report(result)
+    s, told = result.wucht.summary, wucht.report(result)
     assert f"  run          stored until t = {s['end_time']:.6g}" in told, "less than the time for which it is chaotic"
     assert (s["outcome"], s["stable"], s["settling_time"]) == ("chaotic", None, None)
     assert s["sentence"].startswith("the motion is chaotic for at least ") and "tends to" not in s["sentence"]

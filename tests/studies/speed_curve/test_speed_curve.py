@@ -20,8 +20,7 @@ from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.jacobian import Jacobian
 from wucht.studies.runner import draw, report, run
-from wucht.studies.speed_curve.report import kinds_phrase
-from wucht.studies.speed_curve.spec import SpeedCurve
+from wucht.studies.speed_curve.study import SpeedCurve
 from wucht.system import System
 
 TABLE = "drozdetskaya-2020/table-5.1"
@@ -227,10 +226,6 @@ def test_stability_ends_at_the_branch_point_and_not_at_a_point_beside_it_that_is
     # What is drawn at the ends of a stretch is in the order of the values: at the branch point nothing vibrates.
     speeds = [pair for b in s["branches"] for pair in b["stable_speeds"] if b["name"] == "together"]
     assert [first for first, last in speeds if last < first] == pytest.approx([200.0, 91.089], abs=1e-3)
-
-
-def test_kinds_in_words() -> None:
-    assert kinds_phrase(["bogdanov-takens", "fold", "bogdanov-takens"]) == "2 Bogdanov-Takens points, one fold"
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ from wucht.files.user_system import UserSystem
 from wucht.plots.style import COLOURS
 from wucht.studies.registry import study_of
 from wucht.studies.runner import draw, report, run
-from wucht.studies.speed_curve.spec import SpeedCurve
+from wucht.studies.speed_curve.study import SpeedCurve
 from wucht.studies.study_file import run_file
 from wucht.system import System
 
@@ -55,18 +55,6 @@ def test_values_of_a_second_parameter_have_a_colour_each() -> None:
     assert texts[:2] == ["$\\sigma$ = 0.06", "$\\sigma$ = 0.1"]
     written = {t.get_text() for t in drawn.axes[0].texts}
     assert {"0.06", "0.1"} <= written  # at the folds, for a print without colours
-
-
-@pytest.mark.slow
-def test_many_values_have_the_colours_of_a_scale() -> None:
-    x, mu, shift = sp.symbols("x mu shift", real=True)
-    own = UserSystem(System((x,), (mu + shift - x,), (mu, shift)), {"mu": 0.5, "shift": 0.0})
-    values = tuple(np.linspace(0.0, 1.0, 9).tolist())
-    asked = {"along": "mu", "range": [-1, 1], "ranges": {"x": [-2, 2]}, "second": "shift", "second_values": values}
-    axis = draw(run(SpeedCurve(**asked, points=1), own)).axes[0]
-    assert len({line.get_color() for line in axis.lines if line.get_linestyle() == "-"}) == 9
-    texts = [t.get_text() for t in axis.get_legend().get_texts()]
-    assert texts[0] == "$shift$ = 0" and texts[6] == "$shift$ = 1" and len(texts) == 8
 
 
 @pytest.mark.slow

@@ -14,7 +14,7 @@ from wucht.dynamics.branches.plane_regions import PlaneCurve
 from wucht.errors import RunError
 from wucht.files.building import machine_from
 from wucht.numerics.continuation.fold_curves import FoldPairs
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, report, run
 from wucht.studies.stability_map.computation import state_label
 from wucht.studies.stability_map.map_parts import curves_by_name

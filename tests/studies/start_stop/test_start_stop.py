@@ -20,7 +20,7 @@ from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.studies.coast_down import CoastDown
 from wucht.studies.load_spectrum.study import LoadSpectrum
-from wucht.studies.run_up.spec import RunUp
+from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, report, run
 from wucht.studies.start_stop import StartStop
 

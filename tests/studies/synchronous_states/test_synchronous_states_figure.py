@@ -20,9 +20,7 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.plots.page import JOURNAL
 from wucht.studies.runner import draw, run
-from wucht.studies.synchronous_states.dataset import select_states
-from wucht.studies.synchronous_states.figure import _MOST, _appearance, _arrows_overlap
-from wucht.studies.synchronous_states.spec import SynchronousStates
+from wucht.studies.synchronous_states.study import SynchronousStates
 
 AXES = {"speed": (10.0, 400.0, 20), "ratio": (0.0, 3.0, 12)}
 
@@ -54,6 +52,27 @@ def arrows(axis: Axes) -> list[tuple[complex, complex]]:
     return [(complex(*a.xyann), complex(*a.xy)) for a in drawn]
 
 
+def covers(one: tuple[complex, complex], other: tuple[complex, complex]) -> bool:
+    """True if two arrows lie on one line, and one of them on the other."""
+    size = abs(other[1] - other[0])
+    along = (other[1] - other[0]) / size
+    first, second = ((point - other[0]) / along for point in one)
+    if max(abs(first.imag), abs(second.imag)) > 1e-6 * size:
+        return False
+    return min(max(first.real, second.real), size) - max(min(first.real, second.real), 0.0) > 1e-6 * size
+
+
+def changed(result: xr.Dataset, k: int = 1, **values: Any) -> xr.Dataset:
+    """A copy in which a state has other values, phases in degrees."""
+    other = result.copy(deep=True)
+    for name, value in values.items():
+        if name == "phase":
+            other.phase.values[k, 1:] = np.radians(value)
+        else:
+            other[name].values[k] = value
+    return other
+
+
 def legends(figure: Figure) -> list[str]:
     shown = [*figure.legends, *(a.get_legend() for a in figure.axes if a.get_legend() is not None)]
     return [text.get_text() for legend in shown for text in legend.get_texts()]
@@ -77,7 +96,7 @@ def test_force_balances(rollers: xr.Dataset) -> None:
         sides = arrows(axis)
         assert len(sides) == 4
         for one, other in combinations(sides, 2):
-            assert not _arrows_overlap(one, other, 1e-6), "an arrow behind another"
+            assert not covers(one, other), "an arrow behind another"
         assert axis.get_title().endswith("at 80 rad/s")
         tail, head = sides[-1]
         assert abs(head - tail) == pytest.approx(float(rollers.residual_unbalance[k]), rel=1e-9)
@@ -247,19 +266,102 @@ def test_a_dataset_that_is_no_result_is_refused(rollers: xr.Dataset) -> None:
 
 
 def test_what_is_left_out_is_not_stable() -> None:
-    """Of twenty states the stable ones are drawn, wherever they stand."""
-    verdicts = np.array(
-        ["unstable"] * 15 + ["stable", "undecided", "unstable", "stable in the averaged equations only", "unstable"]
-    )
-    shown = select_states(verdicts.tolist(), _MOST)
-    assert len(shown) == _MOST
-    assert shown == sorted(shown)
-    assert {15, 16, 18} <= set(shown)
+    """Of seventeen states the stable ones are drawn, wherever they stand."""
+    result, verdict = many(4), np.array(["unstable"] * 17, dtype="U40")
+    verdict[[12, 14, 16]] = "stable", "undecided", "stable in the averaged equations only"
+    shown = draw(result.assign(verdict=("state", verdict, result.verdict.attrs))).axes
+    assert len(shown) == 12
+    words = [axis.get_title().partition(": ")[2].partition("\n")[0] for axis in shown]
+    assert words == ["unstable"] * 9 + ["stable", "undecided", "stable (averaged)"]
 
 
-def test_bodies_whose_colours_come_again_are_hollow() -> None:
-    """The rotor and five bodies are not."""
-    looks = [_appearance(i) for i in range(8)]
-    assert [look["path_effects"] is not None for look in looks] == [False] * 6 + [True, True]
-    assert len({look["color"] for look in looks[:6]}) == 6 and looks[6]["color"] == looks[1]["color"]
-    assert looks[7]["color"] == looks[2]["color"]
+@pytest.mark.parametrize(
+    ("values", "title"),
+    [
+        ({}, "opposite: stable\n30.0°, 270.0°\nat 62.832 rad/s"),
+        ({"name": ""}, "state: stable\n30.0°, 270.0°\nat 62.832 rad/s"),
+        ({"phase": (-0.04, 359.96)}, "opposite: stable\n0.0°, 0.0°\nat 62.832 rad/s"),
+        ({"overlapping": 1}, "opposite: bodies overlap\n30.0°, 270.0°\nat 62.832 rad/s"),
+        (
+            {"verdict": "unstable", "stable_full": 0},
+            "opposite: averaged: stable, full: unstable\n30.0°, 270.0°\nat 62.832 rad/s",
+        ),
+        (
+            {"verdict": "unstable", "stable_full": 0, "stable_slow": 0},
+            "opposite: unstable\n30.0°, 270.0°\nat 62.832 rad/s",
+        ),
+        (
+            {"verdict": "stable in the averaged equations only", "stable_full": -1},
+            "opposite: stable (averaged)\n30.0°, 270.0°\nat 62.832 rad/s",
+        ),
+    ],
+)
+def test_the_title_of_a_state(rollers: xr.Dataset, values: dict[str, Any], title: str) -> None:
+    common = {"name": "opposite", "verdict": "stable", "stable_full": 1, "stable_slow": 1, "overlapping": 0}
+    state = common | {"speed": 62.83185, "phase": (30.0, -90.0)} | values
+    wide = rollers.assign({name: rollers[name].astype("U40") for name in ("name", "verdict")})
+    assert draw(changed(wide, **state)).axes[1].get_title() == title
+    if not values:
+        bare = changed(wide, **state)
+        bare.speed.attrs["units"] = ""
+        assert draw(bare).axes[1].get_title().endswith("\nat speed 62.832")
+
+
+@pytest.mark.parametrize(
+    ("verdict", "overlapping", "is_solid", "width"),
+    [
+        ("stable", 0, True, 2.0),
+        ("stable in the averaged equations only", 0, False, 2.0),
+        ("stable", 1, False, 1.6),
+        ("unstable", 1, False, 0.8),
+        ("undecided", 0, False, 1.4),
+    ],
+)
+def test_the_frame_of_a_state(rollers: xr.Dataset, verdict: str, overlapping: int, is_solid: bool, width: float) -> None:
+    wide = rollers.assign(verdict=rollers.verdict.astype("U40"))
+    axis = draw(changed(wide, verdict=verdict, overlapping=overlapping)).axes[1]
+    spine = axis.spines["left"]
+    assert spine.get_linewidth() == width
+    assert (spine.get_linestyle() == "-") is is_solid and axis.get_aspect() == 1.0
+
+
+def test_an_arrow_that_would_cover_another_is_moved_to_its_right(rollers: xr.Dataset) -> None:
+    """Both balls pull against the rotor: 3 to the right, back by 2 and by 1; nothing is left."""
+    result = rollers.assign(unbalance=rollers.unbalance.copy(data=[3.0, 2.0, 1.0]))
+    drawn = arrows(draw(changed(result, force_angle=[0.0, np.pi, np.pi])).axes[1])
+    up = 1j * 0.07 * 6
+    assert np.array(drawn) == pytest.approx(np.array([(0, 3), (3 + up, 1 + up), (1 + up, up)]))
+    turned = arrows(draw(changed(result, force_angle=[0.0, np.pi / 2, np.pi])).axes[1])
+    assert np.array(turned) == pytest.approx(np.array([(0, 3), (3, 3 + 2j), (3 + 2j, 2 + 2j), (0, 2 + 2j)]))
+    apart = arrows(draw(changed(result, force_angle=[0.0, np.pi / 2, np.pi]).assign_attrs(comparable=0)).axes[1])
+    assert len(apart) == 3, "no resultant of forces that turn in different senses"
+
+
+@pytest.mark.parametrize(
+    ("unbalances", "speeds", "shown"),
+    [
+        ((2.0, 1.0, 0.5), (20.0, -30.0, 35.0), [20.0, 30.0, 35.0]),
+        ((2.0, 1.0, 0.5), (15.0, 390.0, 500.0), [15.0, 390.0]),
+        ((2.0, 1.0, 0.5), (500.0, 5.0, 6.0), None),
+        ((2.0, 7.0, 0.5), (20.0, 20.0, 20.0), None),
+        ((0.0, 1.0, 0.5), (20.0, 20.0, 20.0), None),
+    ],
+)
+def test_the_machine_is_on_the_map_where_it_is_in_its_range(
+    rollers: xr.Dataset, unbalances: tuple[float, ...], speeds: tuple[float, ...], shown: list[float] | None
+) -> None:
+    """The bodies' unbalance over that of the rotor, 0.75 here, and the speeds without their sense."""
+    three = rollers.isel(state=slice(3))
+    result = three.assign(unbalance=three.unbalance.copy(data=list(unbalances)), speed=three.speed.copy(data=list(speeds)))
+    marked = [line for line in draw(result).axes[-1].get_lines() if line.get_marker() == "o"]
+    expected = [] if shown is None else [(shown, [0.75] * len(shown))]
+    assert [(np.asarray(x.get_xdata()).tolist(), np.asarray(x.get_ydata()).tolist()) for x in marked] == expected
+
+
+def test_natural_frequencies_within_the_map_are_drawn(rollers: xr.Dataset) -> None:
+    frequency = rollers.natural_frequency
+    values = np.resize([9.0, -20.0, 389.0, 500.0], frequency.shape)
+    low, high = rollers.map_speed.values[[0, -1]]
+    axis = draw(rollers.assign(natural_frequency=frequency.copy(data=values))).axes[-1]
+    expected = sorted({abs(f) for f in values.tolist() if low <= abs(f) <= high})
+    assert [np.asarray(x.get_xdata())[0] for x in axis.get_lines() if x.get_linestyle() == ":"] == expected

@@ -1,34 +1,33 @@
-"""The lines of ``synchronous-states``, and what its run says of families and of the end of the search."""
+"""The lines of ``synchronous-states``, what it says of families and of the end of the search, and its limits."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
-from tests.hand_made import five_functions, titled, warnings_of, with_answer
 from tests.refusals import refused
 
-from wucht.analysis.configurations.averaged_stability import REGIONS, Regions, Stability
-from wucht.analysis.configurations.full_stability import FullStability
-from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
+from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.runner import run
-from wucht.studies.synchronous_states.dataset import _map_quantities as of_map
-from wucht.studies.synchronous_states.spec import SynchronousStates
+from wucht.studies.runner import report, run
+from wucht.studies.synchronous_states.study import SynchronousStates
 
-STUDY = five_functions("synchronous-states")
 BALL = {"kind": "pendulum", "about": "drum", "length": 0.5, "damping": 0.02}
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 1e-2, "inertia": 1.5e-2}
 HELD = {"kind": "constant-speed", "speed": 100.0}
+MOTOR = {"kind": "linear", "slope": 0.5, "no_load_speed": 110.0}
 DC_SERIES = {
     "kind": "dc-series", "voltage": 100.0, "armature_resistance": 2, "field_resistance": 1, "field_inductance": 0.5,
     "motor_constant": 0.5,
 }  # fmt: skip
+AXES = {"speed": (20.0, 130.0, 3), "ratio": (0.2, 3.2, 4)}
+K = math.sqrt(1e4 / 5.04), math.sqrt(2e4 / 5.04)
 
 
 def machine(*unbalances: float, drive: dict[str, Any] = HELD, **rotor: Any) -> Machine:
@@ -37,107 +36,117 @@ def machine(*unbalances: float, drive: dict[str, Any] = HELD, **rotor: Any) -> M
     return machine_from({"carrier": carrier, "bodies": [ROTOR | rotor, *balls], "drive": drive})
 
 
-@pytest.fixture(scope="module")
-def result() -> xr.Dataset:
-    return run(SynchronousStates(full=False), machine(0.012, 0.008))
+def states_of(m: Machine, **question: Any) -> list[dict[str, Any]]:
+    states: list[dict[str, Any]] = run(SynchronousStates(**{"full": False} | question), m).wucht.summary["states"]
+    return states
 
 
-def state(**other: Any) -> dict[str, Any]:
-    """An entry of the summary."""
-    entry = {
-        "name": "compensating", "type": None, "speed": 100.0, "phases": {"b0": math.radians(120.0), "b1": 2 * math.pi - 1e-9},
-        "stable_slow": True, "stable_full": True, "residual_share": None, "family_dimension": 0, "multiplicity": 1,
-        "verdict": "stable", "overlapping": False, "why": None,
-    }  # fmt: skip
-    return entry | other
+@cache
+def pair(*unbalances: float, drive: str = "held") -> xr.Dataset:
+    given = HELD if drive == "held" else MOTOR
+    return run(SynchronousStates(full=False), machine(*unbalances, drive=given))
 
 
-def lines(result: xr.Dataset, *states: dict[str, Any], **other: Any) -> list[str]:
-    made = with_answer(result, **{"states": list(states), "full": True, "complete": True, "shown": "as by hand"} | other)
-    report: list[str] = STUDY.report(made)
-    return report
+# --- lines ---
 
 
-def test_the_lines_of_a_machine_whose_speed_is_given(result: xr.Dataset) -> None:
-    told = lines(result, state(), sentence="one of them")
-    assert told == [
-        result.attrs["title"],
-        "verdict: one of them",
-        "  speed        100 rad/s (955 rpm), given",
-        "  compensating       stable: b0 120.00°, b1 0.00°",
-        "  complete     yes: as by hand",
+def angles(state: dict[str, Any]) -> str:
+    return ", ".join(f"{name} {math.degrees(phase):.2f}°" for name, phase in state["phases"].items())
+
+
+def test_the_lines_of_a_machine_whose_speed_is_given() -> None:
+    result = pair(0.012, 0.008)
+    s, lines = result.wucht.summary, report(result)
+    first, last = s["states"][0], s["states"][-1]
+    assert lines[2] == "  speed        100 rad/s (955 rpm), given"
+    line = f"  compensating       stable in the averaged equations: {angles(first)}, 0 % of the unbalance remains"
+    assert lines[3] == line, "the multipliers were not requested: no reason is given"
+    share = f"{100 * last['residual_share']:.3g} % of the unbalance remains"
+    assert lines[2 + len(s["states"])].startswith(f"  {last['name']:18} unstable in the averaged equations: b0 ")
+    assert lines[2 + len(s["states"])].endswith(share) and "360.00°" not in "".join(lines)
+    assert lines[-2] == f"  complete     yes: {s['shown']}"
+
+
+def test_each_state_has_its_speed_where_that_is_not_given() -> None:
+    lines = report(pair(0.012, 0.008, drive="motor"))
+    assert not any(line.startswith("  speed") for line in lines)
+    assert lines[2].startswith("  compensating       stable in the averaged equations at 110 rad/s (1050 rpm): b0 ")
+
+
+def test_equal_balls_have_types_and_several_ways() -> None:
+    result = pair(0.01, 0.01)
+    lines = report(result)
+    assert lines[3].startswith("  compensating (I)   stable in the averaged equations: ")
+    assert {line[2:21].strip() for line in lines[3:-2]} == {"compensating (I)", "together (II)", "opposed (III)"}
+    ways = [state["multiplicity"] for state in result.wucht.summary["states"]]
+    assert [line.endswith(f", {count} ways") for line, count in zip(lines[3:-2], ways, strict=True)] == [c > 1 for c in ways]
+    assert max(ways) == 2
+
+
+def test_bodies_of_a_track_that_overlap() -> None:
+    result = run(SynchronousStates(full=False), load_machine("practice/grinder-2-balls"))
+    overlapping = [state["overlapping"] for state in result.wucht.summary["states"]]
+    lines = [
+        line for line in report(result) if "averaged equations" in line and "verdict" not in line and "assumed" not in line
     ]
+    assert [line.endswith(", but bodies of a track would overlap") for line in lines] == overlapping and any(overlapping)
+    impossible = "would be, could bodies overlap: a run-up shows where contacts move them"
+    assert impossible in result.attrs["sentence"]
 
 
-def test_each_state_has_its_speed_where_that_is_not_given(result: xr.Dataset) -> None:
-    told = lines(result, state(speed=50.0), state(speed=100.0), speed=None, complete=False)
-    assert told[2:] == [
-        "  compensating       stable at 50 rad/s (477 rpm): b0 120.00°, b1 0.00°",
-        "  compensating       stable at 100 rad/s (955 rpm): b0 120.00°, b1 0.00°",
-        "  complete     not proved: as by hand",
+def test_what_a_state_throws_where_that_is_much_and_it_is_not_unstable() -> None:
+    result = run(SynchronousStates(full=False), load_machine("practice/screen"))
+    stable, unstable = result.wucht.summary["states"]
+    if stable["verdict"].startswith("unstable"):
+        stable, unstable = unstable, stable
+    throws = [line for line in report(result) if "stroke" in line]
+    assert unstable["verdict"].startswith("unstable") and unstable["machine_number"] > 0.05
+    assert throws == [
+        f"               stroke {1e3 * stable['stroke']:.4g} mm peak to peak at "
+        f"{math.degrees(stable['throw_direction']):.1f}°, machine number {stable['machine_number']:.3g}"
     ]
+    drum = pair(0.004)  # its orbit is nearly a circle: no direction
+    (together,) = [state for state in drum.wucht.summary["states"] if not state["verdict"].startswith("unstable")]
+    (line,) = [line for line in report(drum) if "stroke" in line]
+    assert together["throw_ratio"] > 0.5 and " mm peak to peak, machine number " in line
 
 
-@pytest.mark.parametrize(
-    ("other", "line"),
-    [
-        ({"name": None}, "no name            stable: b0 120.00°, b1 0.00°"),
-        ({"type": "II"}, "compensating (II)  stable: b0 120.00°, b1 0.00°"),
-        ({"residual_share": 0.12345}, "compensating       stable: b0 120.00°, b1 0.00°, 12.3 % of the unbalance remains"),
-        ({"residual_share": 0.0}, "compensating       stable: b0 120.00°, b1 0.00°, 0 % of the unbalance remains"),
-        ({"multiplicity": 2}, "compensating       stable: b0 120.00°, b1 0.00°, 2 ways"),
-        (
-            {"multiplicity": 2, "family_dimension": 1},
-            "compensating       stable: b0 120.00°, b1 0.00°, one of a family of dimension 1",
-        ),
-        (
-            {"overlapping": True},
-            "compensating       stable: b0 120.00°, b1 0.00°, but bodies of a track would overlap",
-        ),
-        ({"stable_slow": False, "stable_full": False}, "compensating       unstable: b0 120.00°, b1 0.00°"),
-        ({"stable_slow": None, "stable_full": None}, "compensating       undecided: b0 120.00°, b1 0.00°"),
-        (
-            {"stable_full": False},
-            "compensating       stable in the averaged, unstable in the full equations: b0 120.00°, b1 0.00°",
-        ),
-        (
-            {"stable_slow": None},
-            "compensating       undecided in the averaged, stable in the full equations: b0 120.00°, b1 0.00°",
-        ),
-    ],
-)
-def test_the_line_of_a_state(result: xr.Dataset, other: dict[str, Any], line: str) -> None:
-    assert lines(result, state(**other))[3:-1] == [f"  {line}"]
+@pytest.mark.parametrize(("speed", "is_told"), [(8.0, False), (30.0, True)])
+def test_a_gentle_vibration_is_not_told(speed: float, is_told: bool) -> None:
+    result = run(SynchronousStates(full=False), machine(0.004, drive=HELD | {"speed": speed}))
+    stable = [state for state in result.wucht.summary["states"] if not state["verdict"].startswith("unstable")]
+    assert all((state["machine_number"] >= 0.05) is is_told for state in stable) and stable
+    assert any("stroke" in line for line in report(result)) is is_told
 
 
-def test_without_multipliers_stability_is_that_of_the_averaged_equations(result: xr.Dataset) -> None:
-    told = lines(result, state(stable_slow=False, stable_full=None, why="they were not asked for"), full=False)
-    assert told[3:-1] == ["  compensating       unstable in the averaged equations: b0 120.00°, b1 0.00°"]
-    assert lines(result, state(why="because"))[4] == "               because"
+def test_of_too_many_states_those_that_are_stable_are_named() -> None:
+    result = run(SynchronousStates(full=False), machine(*(0.004 + 0.0005 * k for k in range(5))))
+    states, lines = result.wucht.summary["states"], report(result)
+    named = [line for line in lines if ": b0 " in line]
+    assert len(states) > 24 and len(named) == 24
+    assert f"  and {len(states) - 24} more: see the Dataset" in lines
+    count = sum(not state["verdict"].startswith("unstable") for state in states)
+    assert sum("unstable" not in line for line in named) == count > 0
 
 
-def test_what_a_state_throws_where_that_is_much_and_it_is_not_unstable(result: xr.Dataset) -> None:
-    throw = {"machine_number": 3.456, "stroke": 8.12345e-3, "throw_direction": math.pi / 4, "throw_ratio": 0.2}
-    line = "stroke 8.123 mm peak to peak at 45.0°, machine number 3.46"
-    assert lines(result, state(**throw))[4:-1] == [f"               {line}"]
-    assert lines(result, state(**throw | {"throw_ratio": 0.5}))[4:-1] == [f"               {line.replace(' at 45.0°', '')}"]
-    assert len(lines(result, state(**throw | {"machine_number": 0.049}))) == 5
-    assert len(lines(result, state(**throw | {"machine_number": 0.05}))) == 6
-    assert len(lines(result, state(**throw | {"verdict": "unstable"}))) == 5
-    assert len(lines(result, state(**throw | {"verdict": "undecided"}))) == 6
+def test_without_verdict_of_the_full_equations_it_says_why() -> None:
+    """Where averaged and full equations do not agree, both are named."""
+    lines = report(run(SynchronousStates(), load_machine("sperling-vibration/self-synchronisation-lost")))
+    (k,) = [
+        k
+        for k, line in enumerate(lines)
+        if "stable in the averaged, undecided in the full equations at " in line and "un" not in line[:26]
+    ]
+    assert lines[k + 1].startswith("               ") and "stroke" not in lines[k + 1]
 
 
-def test_of_too_many_states_those_that_are_stable_are_named(result: xr.Dataset) -> None:
-    some = [state(name=f"s{k}", verdict="stable" if k == 25 else "unstable") for k in range(26)]
-    told = lines(result, *some)
-    assert [line.split()[0] for line in told[3:-2]] == [*(f"s{k}" for k in range(23)), "s25"]
-    assert told[-2] == "  and 2 more: see the Dataset"
-    assert len(lines(result, *some[:24])) == 3 + 24 + 1
-
-
-def test_which_shares_of_the_map_are_stable(result: xr.Dataset) -> None:
-    shares = {"compensating": 0.256, "together": 0.0, "none": 0.744}
-    assert lines(result, map={"stable_share": shares})[-1] == "  map          stable: compensating 26 %; none 74 %"
+def test_units_of_an_unbalance_and_of_growth() -> None:
+    result = pair(0.012, 0.008)
+    assert result.unbalance.attrs["units"] == result.residual_unbalance.attrs["units"] == "kg m"
+    assert result.growth_slow.attrs["units"] == "1/s" and result.phase.attrs["units"] == "rad"
+    bare = run(SynchronousStates(full=False), load_machine("drozdetskaya-2020/figure-5.1"))
+    assert {bare[name].attrs["units"] for name in ("unbalance", "residual_unbalance", "growth_slow", "phase")} == {""}
+    assert ((result.growth_slow.values < 0) == (result.stable_slow.values == 1)).all()
 
 
 # --- the search, families, the map ---
@@ -145,77 +154,121 @@ def test_which_shares_of_the_map_are_stable(result: xr.Dataset) -> None:
 
 def test_a_drive_that_runs_away_leaves_the_end_of_the_range_to_the_program() -> None:
     m = machine(0.012, 0.008, drive=DC_SERIES)
-    plan = STUDY.prepare(SynchronousStates(full=False), m)
-    shown = STUDY.dataset(plan, list(STUDY.run(plan, Work()))[-1]).wucht.summary
-    assert plan.is_limit_chosen and not shown["complete"]
-    assert shown["shown"].endswith(
-        "; these are all in this range, but its upper end is the program's choice, as the drive runs away without load: "
-        "study.range sets another"
-    )
+    end = "upper end is the program's choice, as the drive runs away without load: study.range sets another"
+    s = run(SynchronousStates(full=False), m).wucht.summary
+    assert not s["complete"] and s["shown"].endswith(f"; these are all in this range, but its {end}")
+    assert f"  complete     not proved: {s['shown']}" in report(run(SynchronousStates(full=False), m))
+    assert end not in run(SynchronousStates(full=False, range=(50.0, 150.0)), m).wucht.summary["shown"]
 
 
 @pytest.mark.parametrize(
-    ("first", "others", "stable", "reason"),
+    ("speed", "slow", "full", "why"),
     [
-        (True, [True] * 7, True, ""),
-        (True, [None] * 7, True, ""),
-        (None, [True, False] * 3 + [True], None, ""),
-        (
-            True, [True, False, None, True, True, False, True], None,
-            "stable at 5 of 7 examined members of the family, stable at this one",
-        ),
-        (
-            False, [True, None, None, None, None, None, None], None,
-            "stable at 1 of 2 examined members of the family, not stable at this one",
-        ),
+        (52.0, True, True, None),
+        (54.2, None, True, "stable on 62 % of the family"),
+        (55.0, False, True, "in the full equations all perturbations decay"),
+        (55.6, False, None, "stable at 6 of 8 examined members of the family, not stable at this one"),
+        (60.0, False, False, None),
+        (68.0, True, None, "stable at 4 of 8 examined members of the family, not stable at this one"),
     ],
-)  # fmt: skip
-def test_a_family_is_judged_by_its_members(
-    monkeypatch: pytest.MonkeyPatch, first: bool | None, others: list[bool | None], stable: bool | None, reason: str
-) -> None:
-    answers, phases = iter([first, *others]), []
-
-    def judged(_: FullStability, of: Any) -> Stability:
-        phases.append(of.phases)
-        return Stability(next(answers), np.array([-1.0 + 2.0j]), "")
-
-    monkeypatch.setattr(FullStability, "stability", judged)
-    monkeypatch.setattr(FullStability, "disagreement", lambda *_: None)
-    plan = STUDY.prepare(SynchronousStates(), machine(0.006, 0.006, unbalance=0.0))
-    *_, findings = STUDY.run(plan, Work())
-    (family,) = findings.configurations
-    assert (family.full.stable, family.full.reason) == (stable, reason)
-    assert family.full.exponents.tolist() == [-1.0 + 2.0j]
-    assert len(phases) == 8 and len({tuple(np.round(p, 6)) for p in phases}) == 8
+)
+def test_a_family_is_judged_by_its_members(speed: float, slow: bool | None, full: bool | None, why: str | None) -> None:
+    """Three equal balls: near the border of stability some arrangements that hold the unbalance are stable, others are not."""
+    result = run(SynchronousStates(), machine(0.006, 0.006, 0.006, drive=HELD | {"speed": speed}))
+    family, lines = result.wucht.summary["states"][0], report(result)
+    assert (family["family_dimension"], family["stable_slow"], family["stable_full"]) == (1, slow, full)
+    assert family["growth_full"] is not None and (family["why"] or "").startswith(why or "")
+    assert family["family_stable_share"] == {True: 1.0, False: 0.0}.get(slow, pytest.approx(0.62, abs=0.01))  # type: ignore[arg-type]
+    words = {True: "stable", False: "unstable", None: "undecided"}
+    same = f"{words[slow]}: " if slow is full else f"{words[slow]} in the averaged, {words[full]} in the full equations: "
+    assert lines[3].startswith(f"  compensating       {same}b0 ")
+    assert ", one of a family of dimension 1" in lines[3] and " ways" not in lines[3]
+    assert (lines[4] == f"               {family['why']}") is (why is not None)
+    warnings = [w for w in result.wucht.warnings if w.startswith("compensating at phases ")]
+    assert bool(warnings) is ((slow, full) == (False, True))
+    assert all(w.endswith(f" degrees: averaged and full equations disagree; {family['why']}") for w in warnings)
 
 
-def test_rows_of_the_map_that_are_not_yet_computed_are_counted() -> None:
-    axes = {"speed": (20.0, 130.0, 3), "ratio": (0.2, 3.2, 4)}
-    plan = STUDY.prepare(SynchronousStates(axes=axes, full=False), machine(0.012, 0.008))
-    *_, findings = STUDY.run(plan, Work())
-    assert warnings_of(STUDY.dataset(plan, findings)) == []
-    regions = findings.map
-    part = Regions(regions.speed, regions.ratio[:3], regions.stable[:, :3], regions.exists[:, :3])
-    assert warnings_of(STUDY.dataset(plan, replace(findings, map=part))) == ["3 of 4 rows of the map are computed"]
-    assert warnings_of(STUDY.dataset(plan, replace(findings, map=None))) == ["0 of 4 rows of the map are computed"]
-    assert STUDY.report(titled(STUDY.dataset(plan, findings)))[-1].startswith("  map          stable: ")
+def test_shares_of_the_map() -> None:
+    result = run(SynchronousStates(axes=AXES, full=False), machine(0.012, 0.008))
+    shares = result.wucht.summary["map"]["stable_share"]
+    stable = result.map_stable.values.astype(bool)
+    assert shares == dict(zip(result.region.values.tolist(), stable.mean(axis=(1, 2)), strict=True)) | {
+        "none": float((~stable.any(axis=0)).mean())
+    }
+    words = "; ".join(f"{name} {100 * share:.0f} %" for name, share in shares.items() if share)
+    assert report(result)[-2] == f"  map          stable: {words}" and 0.0 in shares.values()
+    assert result.map_speed.values == pytest.approx(20 + 110 / 3 * np.array([0.5, 1.5, 2.5])), "centred"
+    assert result.map_ratio.values == pytest.approx([0.575, 1.325, 2.075, 2.825])
+    assert not any("rows of the map" in warning for warning in result.wucht.warnings)
 
 
-def test_a_map_needs_an_unbalance_of_the_rotor_and_few_ways_to_be_in_line() -> None:
-    axes = {"speed": (20.0, 130.0, 3), "ratio": (0.2, 3.2, 4)}
+def test_rows_of_the_map_that_are_not_yet_computed_are_counted(tmp_path: Path) -> None:
+    def stop(_share: float, what: str) -> None:
+        if what == "the map":
+            raise KeyboardInterrupt
+
+    result = run(SynchronousStates(axes=AXES, full=False), machine(0.012, 0.008), folder=tmp_path, progress=stop)
+    assert "0 of 4 rows of the map are computed" in result.wucht.warnings and result.wucht.summary["map"] is None
+
+
+# --- limits ---
+
+
+def test_a_map_needs_balancing_bodies_an_unbalance_of_the_rotor_and_few_ways_to_be_in_line() -> None:
+    asked = SynchronousStates(axes=AXES, full=False)
     with refused("study.axes", "no unbalance", given=None):
-        STUDY.prepare(SynchronousStates(axes=axes, full=False), machine(0.006, 0.006, unbalance=0.0))
+        run(asked, machine(0.006, 0.006, unbalance=0.0))
     some = [0.001 + 0.0001 * k for k in range(7)]
     with refused("study.axes", "64", "128", given=None):
-        STUDY.prepare(SynchronousStates(axes=axes, full=False), machine(*some))
-    assert STUDY.prepare(SynchronousStates(axes=axes, full=False), machine(*some[:6])).map is not None
+        run(asked, machine(*some))
+    assert asked.prepare(machine(*some[:6]))[-1] is not None
+    with refused("study.axes", given=None, code="no-bodies"):
+        run(asked, machine(0.01))
+    with refused("study.axes", given=None, code="no-bodies"):
+        run(asked, load_machine("practice/screen"))
+    high = 1e3 * 100.0
+    for end, is_allowed in ((0.999 * high, True), (1.001 * high, False)):
+        far = SynchronousStates(axes=AXES | {"speed": (20.0, end, 3)}, full=False)
+        if is_allowed:
+            assert far.prepare(machine(0.012, 0.008, drive=MOTOR | {"no_load_speed": 100.0}))[-1] is not None
+            continue
+        with refused("study.axes.speed", "1e+05 rad/s", given=[20.0, end, 3]):
+            run(far, machine(0.012, 0.008, drive=MOTOR | {"no_load_speed": 100.0}))
 
 
-def test_the_share_of_the_map_without_a_stable_state() -> None:
-    stable = np.zeros((4, 2, 5), bool)
-    stable[0, 0, :3] = stable[1, 0, 2:4] = True
-    regions = Regions(np.arange(1.0, 6.0), np.array([1.0, 2.0]), stable, ~stable)
-    named = {q.name: q for q in of_map(regions, "rad/s")}
-    shares = named["map"].value["stable_share"]
-    assert shares == pytest.approx({"none": 0.6} | dict(zip(REGIONS, (0.3, 0.2, 0.0, 0.0), strict=True)))
-    assert named["map_stable"].value[0].sum() == 3 and named["map_exists"].value[0].sum() == 7
+def test_an_axis_of_a_map_has_a_width() -> None:
+    for low, high, code in ((10.0, 10.0, "not-increasing"), (20.0, 10.0, "not-increasing"), (-1.0, 10.0, "negative")):
+        axes = {"speed": [low, high, 5], "ratio": [0, 3, 2]}
+        with refused("study.axes.speed", given=[low, high, 5], code=code):
+            SynchronousStates.from_table({"kind": "synchronous-states", "axes": axes})
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_range_is_searched_in_the_sense_of_the_drive(sense: float) -> None:
+    """Speeds from a thousandth of the lowest natural frequency to a thousand times that of the drive can be computed."""
+    m = machine(0.012, 0.008, drive=MOTOR | {"no_load_speed": sense * 110.0})
+
+    def searched(low: float, high: float) -> Any:
+        return run(SynchronousStates(full=False, range=tuple(sorted((sense * low, sense * high)))), m).wucht.summary["range"]
+
+    assert searched(100.0, 120.0) == [sense * 100.0, sense * 120.0]
+    assert searched(0.0, 120.0) == pytest.approx([sense * 1e-3 * K[0], sense * 120.0], rel=1e-9)
+    for code, low, high in (
+        ("other-sense", -100.0, 120.0), ("other-sense", -120.0, -100.0), ("limits", 0.01, 0.99e-3 * K[0]),
+        ("limits", 10.0, 1.01e3 * 110.0),
+    ):  # fmt: skip
+        with refused("study.range", given=sorted([sense * low, sense * high]), code=code):
+            searched(low, high)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+@pytest.mark.parametrize(("speed", "is_allowed"), [(1.01e-3 * K[0], True), (0.99e-3 * K[0], False), (1.01e3 * 110.0, False)])
+def test_a_given_speed_is_one_that_can_be_computed_in_either_sense(sense: float, speed: float, is_allowed: bool) -> None:
+    m = machine(0.012, 0.008, drive=MOTOR)
+    asked = SynchronousStates(full=False, speed=sense * speed)
+    if is_allowed:
+        assert run(asked, m).wucht.summary["speed"] == pytest.approx(sense * speed)
+        return
+    with refused("study.speed", given=sense * speed):
+        run(asked, m)

@@ -16,8 +16,8 @@ from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.studies.runner import draw, report
 from wucht.studies.runner import run as ask
-from wucht.studies.synchronous_states import computation as running
-from wucht.studies.synchronous_states.spec import SynchronousStates
+from wucht.studies.synchronous_states import study as running
+from wucht.studies.synchronous_states.study import SynchronousStates
 
 AXES = {"speed": (20.0, 130.0, 12), "ratio": (0.2, 3.2, 9)}
 QUESTION = SynchronousStates(axes=AXES)

@@ -47,6 +47,15 @@ class Stability:
             return cls(None, exponents, reason)
         return cls(bool((exponents[:1].real < 0).all()), exponents)
 
+    def family_stability(self, members: Sequence[Stability]) -> Stability:
+        """Return the stability of a family with other members: undecided where those that are decided do not agree."""
+        decisions = [one.stable for one in (self, *members) if one.stable is not None]
+        if self.stable is None or len(set(decisions)) < 2:
+            return self
+        state_verdict = "stable" if self.stable else "not stable"
+        reason = f"stable at {sum(decisions)} of {len(decisions)} examined members of the family, {state_verdict} at this one"
+        return Stability(None, self.exponents, reason)
+
     @property
     def leading(self) -> complex | None:
         """The exponent that grows fastest."""

@@ -28,7 +28,13 @@ from wucht.dynamics.branches.second_parameter import (
     curve_through,
     lies_on_curve,
 )
-from wucht.dynamics.branches.steady_states import BranchSettings, StatesAtValue, SteadyStates, SystemEquilibria
+from wucht.dynamics.branches.steady_states import (
+    BranchSettings,
+    StatesAtValue,
+    SteadyStates,
+    SystemEquilibria,
+    speed_range_text,
+)
 from wucht.dynamics.parameters import checked_range, parameter_of, with_parameters
 from wucht.dynamics.work import Work, result_or_reason, with_result
 from wucht.files.user_system import UserSystem
@@ -162,6 +168,12 @@ class NominalState:
             else stability_from_fraction(self.share)
         )
 
+    @property
+    def fastest_exponents(self) -> np.ndarray:
+        """The exponents that there are, from the fastest growth on."""
+        exponents = self.exponents[np.isfinite(self.exponents)]
+        return np.asarray(exponents[np.argsort(-exponents.real, kind="stable")])
+
 
 @dataclass(frozen=True)
 class BranchFindings:
@@ -188,6 +200,21 @@ class BranchFindings:
     curves: tuple[BifurcationCurve, ...] = ()
     omissions: tuple[str, ...] = field(default_factory=tuple)
     complete: bool = False
+
+    @property
+    def knows_all_states(self) -> bool:
+        """True if all states are known at the values at which they were searched."""
+        return bool(self.searches) and all(s.complete for s in self.searches)
+
+    def evidence(self, speed_unit: str) -> str:
+        """Return the evidence for that, or the reason why not, for all values at which states were searched."""
+        first_evidence = self.searches[0].evidence if self.searches else ""
+        sentence = next((s.evidence for s in self.searches if not s.complete and s.evidence), first_evidence)
+        speeds = [s.speeds for s in self.searches if s.speeds is not None]
+        if not speeds:
+            return sentence
+        widest = min(low for low, _ in speeds), max(high for _, high in speeds)
+        return f"{sentence}; over all of them {speed_range_text(widest, speed_unit)}"
 
     def branches_at(self, second: float | None) -> list[EquilibriumBranch]:
         """Return the branches at a value of the second parameter."""

@@ -98,6 +98,13 @@ class EquilibriumBranch:
         return np.asarray(self.stability == StabilityLevel.STABLE)
 
     @property
+    def unstable(self) -> np.ndarray:
+        """Number of growing disturbances of each point (N,)."""
+        # Against the fastest of the branch: at a fold, equations of one state have no other exponent than the one that is zero.
+        fastest = np.nanmax(np.abs(self.exponents), initial=0.0)
+        return np.asarray((self.exponents.real > NEUTRAL * fastest).sum(axis=0))
+
+    @property
     def _special(self) -> np.ndarray:
         return np.array([bool(kind) for kind in self.kinds])
 

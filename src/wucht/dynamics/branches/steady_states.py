@@ -22,6 +22,7 @@ from wucht.numerics.continuation.equations import EquilibriumEquations
 from wucht.numerics.continuation.equilibria import EquilibriumContinuation
 
 Heartbeat = Callable[[], None]
+NO_LABEL = "steady states"  # of states without a name
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,15 @@ class Kind:
     type: str | None = None
     split: tuple[int, int] | None = None
     multiplicity: int = 1
+
+    @property
+    def label(self) -> str:
+        """The states in a legend: ``type II: together``, ``opposed 3 : 1``."""
+        if self.name is None:
+            return NO_LABEL
+        split = self.split
+        apart = f" {split[0]} : {split[1]}" if split is not None and self.name == "opposed" and sum(split) > 2 else ""
+        return f"type {self.type}: {self.name}" if self.type else f"{self.name}{apart}"
 
 
 @dataclass(frozen=True)

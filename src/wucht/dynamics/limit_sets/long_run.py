@@ -32,6 +32,7 @@ _WINDOWS = 100  # in a run: in each, more than half of the samples are near to a
 _NEAR = 0.02  # of the states' sizes: farther away from what it tends to a motion has not settled
 
 Heartbeat = Callable[[float], None]  # called with the time reached; may raise ``KeyboardInterrupt``
+_SETTLED_SHARE = 1.2  # of its settling time: a motion is shown until then
 
 
 @dataclass(frozen=True)
@@ -87,6 +88,12 @@ class LongRun:
     def end_time(self) -> float:
         """The time reached."""
         return float(self.time[-1])
+
+    def settling_states(self, most: int) -> np.ndarray:
+        """The states (n, K) until it has settled, and a little beyond; of more than so many only every second, third, ..."""
+        until = self.end_time if self.settling_time is None else _SETTLED_SHARE * self.settling_time
+        states = self.states[:, self.time <= until]
+        return states[:, :: max(1, -(-states.shape[1] // most))]
 
     @cached_property
     def settling_time(self) -> float | None:

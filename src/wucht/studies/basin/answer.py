@@ -18,13 +18,13 @@ _MOST_FAILURES = 3  # listed individually
 _HEADLINES = ("compensated", "passed", "captured", "captured-modulated")
 
 
-def state_outcomes(a: Answer, map_: OutcomeMap, omissions: tuple[str, ...], refine: int, last: Level) -> None:
+def state_outcomes(map_: OutcomeMap, omissions: tuple[str, ...], refine: int, last: Level, a: Answer) -> None:
     """State the answer as far as it is known on the last of ``refine`` levels.
 
     The dimensions have the names of the axes, such as psi and delta. With refined borders there are all variables once more on
     the finer cells (``refined_outcome``), where the parts of a coarser cell inherit its values.
     """
-    levels = last.with_coarser_ones
+    machine, levels = map_.question.machine, last.with_coarser_ones
     _state_cells(a, map_, levels[0], "")
     if last.coarser is not None:
         cells, words = _state_cells(a, map_, last, "refined_"), "halvings after which the run was made (-1: not computed)"
@@ -40,7 +40,7 @@ def state_outcomes(a: Answer, map_: OutcomeMap, omissions: tuple[str, ...], refi
     _state_shares(a, map_, refine, levels)
     a.number("model", map_.question.model, "equations")
     a.line("integrated", a.number("integration", integration_note(map_.question), "method of integration"))
-    a.number("amplitude_unit", map_.question.machine.orbit_unit, "unit of amplitudes")
+    a.number("amplitude_unit", machine.orbit_unit, "unit of amplitudes")
     a.number("time_unit", a.unit("time"), "unit of times")
     a.number("until", map_.question.until, "time until which each motion is integrated", "time")
     a.warn(*omissions)

@@ -32,7 +32,7 @@ _PARTS = {
 }  # fmt: skip
 
 
-def state_attractors(a: Answer, map_: AttractorMap, has_random_starts: bool, labels_of: AttractorLabels) -> None:
+def state_attractors(map_: AttractorMap, has_random_starts: bool, labels_of: AttractorLabels, a: Answer) -> None:
     """State the answer with the labels of the cells; has_random_starts: further states are drawn at random."""
     attractors, cells = labels_of.attractors, labels_of.labels
     names, labels = map_.subject.system.state_names, _labels(labels_of)

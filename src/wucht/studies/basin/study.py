@@ -157,14 +157,11 @@ class Basin(EnsembleStudy):
         """Compute the map tile by tile, or level by level."""
         if isinstance(prepared, AttractorMap):
             for labels in prepared.compute(self.refine, work):
-                yield Answer(
-                    fill=partial(state_attractors, map_=prepared, has_random_starts=bool(self.ranges), labels_of=labels)
-                )
+                yield Answer(None, partial(state_attractors, prepared, bool(self.ranges), labels))
             return
         map_, omissions = prepared
         for level in map_.compute(self.refine, work):
-            fill = partial(state_outcomes, map_=map_, omissions=omissions, refine=self.refine, last=level)
-            yield Answer(map_.question.machine.units, fill)
+            yield Answer(map_.question.machine.units, partial(state_outcomes, map_, omissions, self.refine, level))
 
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw the maps, the refined ones if the borders are refined."""

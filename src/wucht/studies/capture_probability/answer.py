@@ -23,7 +23,7 @@ _MOST = 150  # values with a line each
 _MOST_FAILURES, _MOST_NAMED = 3, 6  # runs that failed; values without a probability
 
 
-def state_points(a: Answer, prepared: Prepared, points: Sequence[ProbabilityPoint]) -> None:
+def state_probabilities(a: Answer, prepared: Prepared, points: Sequence[ProbabilityPoint]) -> None:
     """State the probability at each value, with its band."""
     runs, grid, *_ = prepared
     along, level, by = runs.along, _level(runs), "parameter"

@@ -33,7 +33,7 @@ from wucht.machines.machine import Machine
 from wucht.schema import Composite, composite
 from wucht.studies import key_types as common
 from wucht.studies.answer import Answer
-from wucht.studies.capture_probability.answer import Cross, Prepared, state_points, state_runs, state_target, warn
+from wucht.studies.capture_probability.answer import Cross, Prepared, state_probabilities, state_runs, state_target, warn
 from wucht.studies.capture_probability.figure import figure
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.shared_keys import EnsembleStudy
@@ -257,7 +257,7 @@ class CaptureProbability(EnsembleStudy):
         distributions = {name: distribution_in_words(definition) for name, definition in self.random.items()}
         for k, (name, words) in enumerate(a.number("random", distributions, "random quantities").items()):
             a.line("" if k else "random", "{name} {words}", name=name, words=words)
-        state_points(a, prepared, done)
+        state_probabilities(a, prepared, done)
         state_target(a, prepared, done, self.probability)
         state_runs(a, prepared, done, cross)
         warn(a, prepared, done, cross)

@@ -14,7 +14,7 @@ from wucht.dynamics.branches.orbit_problem import OrbitProblem
 from wucht.numerics.periodic.branch_ends import CLOSED_BRANCH, NOT_IDENTIFIED, PERIOD_LIMIT, BranchEnd, significant_value
 from wucht.schema import Parameter
 from wucht.studies.answer import Answer, Column
-from wucht.studies.motion_variables import join_arrays, steady_branch_quantities
+from wucht.studies.motion_variables import join_arrays, parameter_columns, state_steady_points
 
 _PRODUCT = 0.1  # largest error of ln of the multipliers' product without a warning
 _AT_A_LIMIT, _FARTHER = 1e-9, 10.0  # of the longest period: an end there; a longest period that is proposed
@@ -29,7 +29,7 @@ _ENDS = {
 _Ends = Sequence[tuple[int, BranchEnd]]  # with the numbers of their branches
 
 
-def state_answer(a: Answer, along: Parameter, case: OrbitCase, findings: OrbitFindings) -> None:
+def state_orbit_branches(a: Answer, along: Parameter, case: OrbitCase, findings: OrbitFindings) -> None:
     """State the answer, as far as orbits are found."""
     problem, labels, branches = case.problem, case.problem.labels, findings.branches
     ends = [(k, part.end) for k, branch in enumerate(branches) for part in branch.parts]
@@ -51,17 +51,14 @@ def state_answer(a: Answer, along: Parameter, case: OrbitCase, findings: OrbitFi
     _state_ends(a, along, case, branches, ends)
     _state_steady(a, along, case, findings)
     a.curve("law", ["saddle-node", "connection"], "law of the period")
-    runs = _at(along, [t.value for t in findings.runs]) | {"found": ([t.sentence for t in findings.runs], "result of the run")}
+    runs = parameter_columns((along, [t.value for t in findings.runs])) | {
+        "found": ([t.sentence for t in findings.runs], "result of the run")
+    }
     a.table_of("tried", "runs in search of a first orbit", runs)
     if problem.shows_rotor_speed and branches:
         disturbances = "all disturbances" if problem.embedding is None else "disturbances with equal phases of the bodies only"
         a.line("stability", f"in the averaged equations, of {disturbances}; exponents: per unit of time")
     _warn(a, along, case, findings)
-
-
-def _at(along: Parameter, values: Sequence[float]) -> dict[str, Column]:
-    """Return the columns of the parameter, under its path and as ``value``."""
-    return dict.fromkeys((along.path, "value"), (values, along.full_name, along.unit))
 
 
 def _state_points(a: Answer, along: Parameter, problem: OrbitProblem, branches: Sequence[PeriodicBranch]) -> None:
@@ -131,7 +128,8 @@ def _state_special_points(a: Answer, along: Parameter, problem: OrbitProblem, br
     angles = [period * abs(speed) for period, speed in zip(periods, column("mean"), strict=True)]
     hidden = [branches[k].hidden_points[i] for k, i in points]
     of_machine: dict[str, Column] = {"period_phi": (angles, _PERIOD_PHI)} if problem.shows_rotor_speed else {}
-    a.table_of("special_points", "special orbits", optional=("hidden", "between"), columns=_at(along, values) | {
+    columns = parameter_columns((along, values))
+    a.table_of("special_points", "special orbits", optional=("hidden", "between"), columns=columns | {
         "kind": (kinds, "kind of the special orbit"),
         "branch": ([k for k, _ in points], "branch"),
         "period": (periods, "period", s.time),
@@ -166,7 +164,8 @@ def _state_orbits(
         ),
     }  # fmt: skip
     kinds = {"value": float, "period": float, low: float, high: float, "branch": int}
-    a.table_of("orbits", "orbits", over="orbit", kinds=kinds, columns=_at(along, [o.value for o in orbits]) | {
+    columns = parameter_columns((along, [o.value for o in orbits]))
+    a.table_of("orbits", "orbits", over="orbit", kinds=kinds, columns=columns | {
         "kind": ([o.kind or None for o in orbits], "kind of the special orbit"),
         "branch": ([k for k, _ in numbered_orbits], "branch"),
         "period": ([o.period for o in orbits], "period", s.time),
@@ -225,7 +224,8 @@ def _state_ends(a: Answer, along: Parameter, case: OrbitCase, branches: Sequence
         },
     } for e in ends]  # fmt: skip
     kinds = {"value": float, "error": float, "kind": str, "branch": int}
-    a.table_of("ends", "ends of the branches", over="end", kinds=kinds, columns=_at(along, [e.parameter for e in ends]) | {
+    columns = parameter_columns((along, [e.parameter for e in ends]))
+    a.table_of("ends", "ends of the branches", over="end", kinds=kinds, columns=columns | {
         "kind": ([e.kind for e in ends], "kind of the end"),
         "branch": ([k for k, _ in numbered_ends], "branch"),
         "error": ([e.error for e in ends], f"error of {along.full_name}", along.unit),
@@ -264,7 +264,7 @@ def _state_steady(a: Answer, along: Parameter, case: OrbitCase, findings: OrbitF
     """State the branches of steady states beside those of orbits."""
     s, steady = case.problem.labels, findings.steady
     ordinates = [] if case.steady is None else [case.steady.steady_states.ordinates(b.unknowns) for b in steady]
-    a.add(steady_branch_quantities("steady", "steady_", steady, ordinates, along, s))
+    state_steady_points(a, "steady", "steady_", steady, ordinates, along, s)
     if s.of_equations:
         a.curve("steady_state", join_arrays([o.speed for o in ordinates]), s.ordinate, s.unit, "steady")
 

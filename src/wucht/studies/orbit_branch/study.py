@@ -19,7 +19,7 @@ from wucht.schema import SI, Composite, Conversion, Parameter, composite, si
 from wucht.studies.answer import Answer
 from wucht.studies.key_types import Inertia, Pair, Path, Start, TrueOrFalse, Values
 from wucht.studies.next_question import NextQuestion
-from wucht.studies.orbit_branch.answer import state_answer
+from wucht.studies.orbit_branch.answer import state_orbit_branches
 from wucht.studies.orbit_branch.figure import orbit_figure
 from wucht.studies.shared_keys import Ranges
 from wucht.studies.study import AVERAGED_EQUATIONS, Study
@@ -124,7 +124,7 @@ class OrbitBranch(Study):
         """Follow the branches of steady states, then those of orbits."""
         along, case = prepared
         for findings in follow_orbits(case, work):
-            yield Answer(fill=partial(state_answer, along=along, case=case, findings=findings))
+            yield Answer(fill=partial(state_orbit_branches, along=along, case=case, findings=findings))
 
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw extremes and period over the parameter, and some orbits."""

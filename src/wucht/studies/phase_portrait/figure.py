@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from wucht.plots.scales import fraction_of_pi
 from wucht.plots.sheet import legend_below, new_grid
@@ -17,6 +14,11 @@ from wucht.plots.style import COLOURS
 from wucht.results.attributes import number_in, text_in
 from wucht.results.formatting import with_unit
 from wucht.studies.phase_portrait.state_projection_figure import draw_projection
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _UNSTABLE: dict[str, Any] = {"color": COLOURS[1], "linewidth": 1.7, "linestyle": "-", "zorder": 4}
 _STABLE: dict[str, Any] = {"color": COLOURS[0], "linewidth": 1.7, "linestyle": (0, (4, 1.6)), "zorder": 4}

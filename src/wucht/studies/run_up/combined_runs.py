@@ -2,126 +2,159 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from wucht.dynamics.run_ups.deviations import Deviations, compared_motion, deviations_by_angle, deviations_by_phase
+from wucht.dynamics.run_ups.deviations import compared_motion, deviations_by_angle, deviations_by_phase
 from wucht.dynamics.run_ups.run_up import Motion
-from wucht.results.quantities import Quantity, StudyResult, dataset_from_quantities
-from wucht.studies.run_up.computation import Plan
+from wucht.results.formatting import number_text
+from wucht.results.quantities import Quantity, StudyResult
+from wucht.studies.answer import Answer
 from wucht.studies.run_up.figure import mean_phase, rotor_angle
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-
 _COMPARED_VARIABLES = ("angle", "speed", "amplitude", "phase", "rotor_phase", "radius")
+_MOST_SAMPLES = 20_000  # of a run
+_STORED_VARIABLES = ("speed", "amplitude", "phase", "energy_residual", "slow_speed", "slow_amplitude")
+_SLOW = "  averaged equations"
 
 
-def join_models(motions: Sequence[Motion], results: Sequence[StudyResult]) -> StudyResult:
-    """Join the full run-up with the averaged one at the same times; of one model alone return its result unchanged.
+@dataclass(frozen=True)
+class RunCase:
+    """One run. start: as the question gives it. value: of the parameter ``along``, if there is one. run: to be integrated."""
+
+    label: str
+    start: Mapping[str, Any]
+    value: float | None
+    run: Any
+
+
+def printed_number(a: Answer, value: float | None, unit: str) -> str:
+    """Return a number as it is printed, without a unit for a dimensionless machine."""
+    if value is None or not math.isfinite(value):
+        return "none"
+    is_dimensionless = not a.unit("speed")
+    return str(number_text(value, "" if is_dimensionless else unit, "", is_dimensionless))
+
+
+def state_averaged(a: Answer, motions: Sequence[Motion], slow: StudyResult) -> None:
+    """State the averaged run-up beside the full one, at the same times, and how far they are apart at equal angle and phase.
 
     Variables slow_angle, slow_speed (body, time), slow_phase (balancer, time), slow_amplitude, slow_radius (time);
     speed_deviation and radius_deviation (compared), at equal angle of the rotor. Summary: ``slow`` and ``deviations``.
     """
-    if len(results) == 1:
-        return results[0]
-    full, slow = results
-    failures = [f"averaged equations: {slow.failure}"] if slow.failure else []
-    courses = compared_motion(motions[0]), compared_motion(motions[1])
-    deviations = {"at_equal_angle": deviations_by_angle(*courses), "at_equal_phase": deviations_by_phase(*courses)}
-    quantities = [*full.quantities, *_averaged_variables(full, slow), *_deviations(full, deviations)]
-    attributes = {**full.attributes, "model": "both"}
-    return replace(full, quantities=quantities, warnings=[*full.warnings, *failures], attributes=attributes)
-
-
-def _averaged_variables(full: StudyResult, slow: StudyResult) -> list[Quantity]:
-    """Return the variables of the averaged equations, padded to the length of the full run-up."""
+    full = {q.name: q for q in a.result().quantities if q.dimensions is not None}
     slow_by_name = {q.name: q for q in slow.quantities if q.dimensions is not None}
-    pairs = [
-        (q, slow_by_name[q.name])
-        for q in full.quantities
-        if q.name in _COMPARED_VARIABLES and q.dimensions is not None and q.name in slow_by_name
-    ]
-    variables = []
-    for q, slow_variable in pairs:
-        values, length = np.asarray(slow_variable.value), np.shape(q.value)[-1]
-        values = np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, length - values.shape[-1])], constant_values=np.nan)
-        variables.append(replace(q, name=f"slow_{q.name}", value=values, long_name=f"{q.long_name}, averaged equations"))
-    return [*variables, Quantity("slow", slow.summary, "the same of the averaged equations")]
-
-
-def _deviations(full: StudyResult, deviations: dict[str, Deviations | None]) -> list[Quantity]:
-    """Return the deviations of the models over the angle of the rotor; and the largest at equal angle and at equal phase."""
-    unit = {q.name: q.unit for q in full.quantities if q.dimensions is not None}
+    for name, q in full.items():
+        if name in _COMPARED_VARIABLES and name in slow_by_name:
+            values = _pad(slow_by_name[name].value, np.shape(q.value)[-1])
+            a.add([replace(q, name=f"slow_{name}", value=values, long_name=f"{q.long_name}, averaged equations")])
+    a.number("slow", slow.summary, "the same of the averaged equations")
+    a.line("slow", f"{slow.summary['outcome']}, {_end_in_words(a, slow.summary)}")
+    courses, speed, length = (compared_motion(motions[0]), compared_motion(motions[1])), full["speed"].unit, full["radius"].unit
+    deviations = {"at_equal_angle": deviations_by_angle(*courses), "at_equal_phase": deviations_by_phase(*courses)}
     largest = {k: d and dict(zip(("speed", "amplitude"), d.largest, strict=True)) for k, d in deviations.items()}
-    parts = {"speed": ("difference of the speeds", unit["speed"]), "amplitude": ("difference of the distances", unit["radius"])}
-    in_summary = Quantity("deviations", largest, "largest differences of the models", parts=parts)
-    if (at := deviations["at_equal_angle"]) is None:
-        return [in_summary]
-    return [
-        in_summary,
-        Quantity("compared", at.abscissa, "angle of the rotor at which the models are compared", "rad", "compared"),
-        Quantity("speed_deviation", at.speed, "speed, full less slow", unit["speed"], "compared"),
-        Quantity("radius_deviation", at.radius, "distance of the axis, full less slow", unit["radius"], "compared"),
+    parts = {"speed": ("difference of the speeds", speed), "amplitude": ("difference of the distances", length)}
+    a.number("deviations", largest, "largest differences of the models", parts=parts)
+    for name, deviation in largest.items():
+        if deviation is not None:
+            text = f"speed {{speed}}, amplitude {{amplitude}} at most, {name.replace('_', ' ')}"
+            a.line("deviation", text, at=f"deviations.{name}")
+    if (at := deviations["at_equal_angle"]) is not None:
+        a.curve("compared", at.abscissa, "angle of the rotor at which the models are compared", "rad")
+        a.curve("speed_deviation", at.speed, "speed, full less slow", speed, "compared")
+        a.curve("radius_deviation", at.radius, "distance of the axis, full less slow", length, "compared")
+    a.warn(*([f"averaged equations: {slow.failure}"] if slow.failure else []))
+    a.attribute(model="both")
+
+
+def _end_in_words(a: Answer, summary: Mapping[str, Any]) -> str:
+    """Return the final speed and amplitude of a run."""
+    amplitude = printed_number(a, summary["final_amplitude"], summary["amplitude_unit"])
+    return f"{printed_number(a, summary['final_speed'], 'rad/s')}, amplitude {amplitude}"
+
+
+def _pad(values: Any, length: int) -> np.ndarray:
+    """Return an array (..., N), padded with NaN to a length."""
+    array = np.asarray(values, float)
+    return np.pad(array, [(0, 0)] * (array.ndim - 1) + [(0, length - array.shape[-1])], constant_values=np.nan)
+
+
+def stack_padded(arrays: Sequence[Any]) -> np.ndarray:
+    """Stack arrays (..., N) of different lengths, padded with NaN."""
+    longest = max(np.shape(a)[-1] for a in arrays)
+    return np.stack([_pad(a, longest) for a in arrays])
+
+
+def state_cases(
+    a: Answer, along: str | None, cases: Sequence[RunCase], results: Sequence[StudyResult], finished_count: int,
+    further_parts: Mapping[str, str],
+) -> None:  # fmt: skip
+    """State many runs, which may be fewer than the cases: how many have which outcome, and the summary of each.
+
+    further_parts: names in words of keys of each that the summary of a run does not have.
+    """
+    rows = [
+        {"label": c.label, "start": dict(c.start), "value": c.value} | r.summary for c, r in zip(cases, results, strict=False)
     ]
-
-
-_MOST_SAMPLES = 20_000  # of a run
-_STORED_VARIABLES = (
-    "speed",
-    "amplitude",
-    "phase",
-    "energy_residual",
-    "slow_speed",
-    "slow_amplitude",
-    "abscissa",
-    "slow_abscissa",
-)
-
-
-def gather_runs(plan: Plan, results: Sequence[StudyResult], finished_count: int) -> xr.Dataset:
-    """Return the runs as one Dataset with the dimension ``case``; its summary has a list ``cases``."""
-    import xarray as xr_
-
-    pairs = list(zip(plan.cases, results, strict=False))  # a run may be missing
-    cases = [{"label": c.label, "start": dict(c.start), "value": c.value} | a.summary for c, a in pairs]
-    reduced_runs = [_reduce_run(dataset_from_quantities(a.quantities), plan.spec.over) for a in results]
-    longest = max(r.sizes["sample"] for r in reduced_runs)
-    padded_runs = [r.pad(sample=(0, longest - r.sizes["sample"])) for r in reduced_runs]
-    result = xr_.concat(padded_runs, dim="case", combine_attrs="override")
-    result["time"].attrs = {"long_name": "time", "units": plan.machine.units.time}
-    labels = Quantity("case", [c["label"] for c in cases], "case", "", "case")
-    result = result.assign_coords(case=labels.variable)
-    count = Counter(c["outcome"] for c in cases)
-    warnings = [f"{c.label}: {w}" for c, a in pairs for w in a.warnings]
-    if finished_count < len(plan.cases):
-        warnings.append(f"{finished_count} of {len(plan.cases)} runs are finished")
-    outcome = next(iter(count)) if len(count) == 1 and finished_count == len(plan.cases) else None
+    count, is_complete = Counter(row["outcome"] for row in rows), finished_count == len(cases)
+    outcome = next(iter(count)) if len(count) == 1 and is_complete else None
     parts = {q.name: (q.long_name, q.unit) for q in results[0].quantities if q.dimensions is None or q.in_summary}
-    quantities = [
-        Quantity("outcome", outcome, "outcome, where all have the same"),
-        Quantity("outcomes", dict(count), "number of runs of each outcome"),
-        Quantity("along", plan.spec.along, "parameter that differs"),
-        Quantity("cases", cases, "the runs", parts=parts),
-    ]
-    sentence = ", ".join(f"{n} {name}" for name, n in count.most_common())
-    failure = next((a.failure for a in results if a.failure), None)
-    return StudyResult(quantities, sentence, warnings, (), failure, {"outcome": outcome or "several"}).to_dataset(result)
+    parts |= {name: (words, "") for name, words in further_parts.items()}
+    a.sentence = ", ".join(f"{n} {name}" for name, n in count.most_common())
+    a.failure = next((r.failure for r in results if r.failure), None)
+    a.attribute(outcome=outcome or "several")
+    a.warn(*(f"{c.label}: {w}" for c, r in zip(cases, results, strict=False) for w in r.warnings))
+    if not is_complete:
+        a.warn(f"{finished_count} of {len(cases)} runs are finished")
+    a.number("outcome", outcome, "outcome, where all have the same")
+    a.number("outcomes", dict(count), "number of runs of each outcome")
+    a.number("along", along, "parameter that differs")
+    a.number("cases", rows, "the runs", parts=parts)
 
 
-def _reduce_run(run: xr.Dataset, over: str) -> xr.Dataset:
-    """Reduce a run to a few variables, sampled no more densely than a figure needs, and the figure's abscissa."""
-    abscissae = {"phi": ("angle of the rotor", rotor_angle), "psi": ("mean phase of the bodies", mean_phase)}
-    for model in ("", "slow_") if "slow_angle" in run else ("",):
-        if over in abscissae:
-            name, at = abscissae[over]
-            run[f"{model}abscissa"] = Quantity("", at(run, model), name, "rad", "time").variable
-    samples = run[[n for n in _STORED_VARIABLES if n in run]].isel(
-        time=slice(None, None, -(-run.sizes["time"] // _MOST_SAMPLES))
-    )
-    return samples.rename_dims(time="sample").reset_index("time").reset_coords("time")
+def state_machine_runs(
+    a: Answer, along: str | None, over: str, cases: Sequence[RunCase], results: Sequence[StudyResult], finished_count: int
+) -> None:
+    """State many run-ups of a machine over time, sampled no more densely than a figure needs, and a line for each."""
+    state_cases(a, along, cases, results, finished_count, {})
+    summaries = [r.summary for r in results]
+    a.verdict = ", ".join(f"{n} {outcome}" for outcome, n in Counter(s["outcome"] for s in summaries).items())
+    names = [name for c, s in zip(cases, summaries, strict=False) for name in (c.label, _SLOW if "slow" in s else "")]
+    width = max(map(len, names))
+    for case, s in zip(cases, summaries, strict=False):
+        a.line(f"{case.label:{width}}  {s['outcome']:20} {_end_in_words(a, s)}", "")
+        if "slow" in s:
+            deviation, far = s["deviations"]["at_equal_angle"], ""
+            if deviation is not None:
+                amplitude = printed_number(a, deviation["amplitude"], s["amplitude_unit"])
+                far = f"; deviation {printed_number(a, deviation['speed'], 'rad/s')}, {amplitude} at most"
+            a.line(f"{_SLOW:{width}}  {s['slow']['outcome']:20} {_end_in_words(a, s['slow'])}{far}", "")
+    runs = [{q.name: q for q in r.quantities if q.dimensions is not None} | _abscissae(r, over) for r in results]
+    first = runs[0]
+    for name in (*_STORED_VARIABLES, "abscissa", "slow_abscissa", "time"):
+        if name in first:
+            stretches = [np.asarray(run[name].value)[..., :: -(-len(run["time"].value) // _MOST_SAMPLES)] for run in runs]
+            dimensions = f"case {first[name].dimensions}".replace("time", "sample")
+            a.add([replace(first[name], value=stack_padded(stretches), dimensions=dimensions)])
+    a.add([first["body"]])
+    a.curve("case", [c.label for c, _ in zip(cases, results, strict=False)], "case")
+
+
+def _abscissae(result: StudyResult, over: str) -> dict[str, Quantity]:
+    """Return the abscissa of the figure for each model of a run; none where that is the time."""
+    values = {q.name: np.asarray(q.value) for q in result.quantities if q.dimensions is not None}
+    models = [model for model in ("", "slow_") if f"{model}angle" in values and over != "time"]
+    words = "angle of the rotor" if over == "phi" else "mean phase of the bodies"
+
+    def abscissa(angle: np.ndarray) -> np.ndarray:
+        return rotor_angle(angle) if over == "phi" else mean_phase(angle, values["phase"])
+
+    return {
+        f"{model}abscissa": Quantity(f"{model}abscissa", abscissa(values[f"{model}angle"]), words, "rad", "time")
+        for model in models
+    }

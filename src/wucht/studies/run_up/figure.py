@@ -14,7 +14,6 @@ from wucht.plots.curves import thin_curve
 from wucht.plots.scales import name_speeds, prefixed_unit
 from wucht.plots.time_courses import (
     RANGE,
-    SETTLED_SHARE,
     Phases,
     TurnWindows,
     angles_in_turn,
@@ -26,6 +25,7 @@ from wucht.plots.time_courses import (
 )
 from wucht.results.attributes import text_in
 from wucht.results.formatting import abscissa_label, label, printed_unit, with_unit
+from wucht.studies.run_up.figure_of_many import figure_of_many
 from wucht.studies.run_up.system_run_figure import system_run_figure
 
 if TYPE_CHECKING:
@@ -38,27 +38,14 @@ _LOW = 0.8  # times these heights, where bearing forces are drawn too
 _ROUND = 2e-2  # of the largest amplitude: an orbit whose radius varies less is a circle
 _FEW_BODIES = 2  # bodies about a rotor that are named one by one
 _ORBIT_POINTS = 200
-_SMALL = 0.05  # of the largest amplitude: it is small
-_SOON = 0.25  # of the time that is drawn: amplitudes that are small before have a panel with a shorter time
-_MOST_NAMED, _HEIGHT = 14, 2.3  # of many runs
 
 
-def figure(result: xr.Dataset) -> Figure:
-    """Draw one run-up in panels over a common abscissa, or the speeds and amplitudes of many.
-
-    Parameters
-    ----------
-    result : xarray.Dataset
-        Of a run-up.
-
-    Returns
-    -------
-    Figure
-    """
+def run_up_figure(result: xr.Dataset) -> Figure:
+    """Draw one run-up in panels over a common abscissa, or the speeds and amplitudes of many."""
     if result.attrs.get("subject") == "system":
         return system_run_figure(result)
     if "case" in result.dims:
-        return _figure_of_many(result)
+        return figure_of_many(result)
     view = _View(result)
     panels, apart = _panels(view), _panels_apart(view)
     heights = [h * (_LOW if len(panels) > len(_PANELS) else 1.0) for h, _ in panels]
@@ -144,7 +131,7 @@ class _View:
     @cached_property
     def balls(self) -> list[int]:
         """Bodies about a rotor that share a style and a name, since there are more than a few."""
-        about = np.flatnonzero(_has_phase(self.result.phase)).tolist() if "phase" in self.result else []
+        about = np.flatnonzero(_has_phase(self.result.phase.values)).tolist() if "phase" in self.result else []
         return about if len(about) > _FEW_BODIES else []
 
     def look(self, body: int) -> dict[str, Any]:
@@ -181,30 +168,29 @@ def abscissa(result: xr.Dataset, model: str = "") -> tuple[np.ndarray, str]:
     over = _abscissa_kind(result)
     if over == "time":
         return result.time.values, abscissa_label(result, "time")
+    angle = result[f"{model}angle"].values
     if over == "phi":
-        return rotor_angle(result, model), "angle of the rotor $\\varphi$ (rad)"
-    return mean_phase(result, model), "mean phase of the bodies $\\psi$ (rad)"
+        return rotor_angle(angle), "angle of the rotor $\\varphi$ (rad)"
+    return mean_phase(angle, result.phase.values), "mean phase of the bodies $\\psi$ (rad)"
 
 
 def _abscissa_kind(result: xr.Dataset) -> str:
     return str(result.wucht.spec.get("over", "time"))
 
 
-def rotor_angle(result: xr.Dataset, model: str) -> np.ndarray:
-    """Return the angle (N,) that the rotor has turn_counts."""
-    rotor = result[f"{model}angle"].values[0]
-    return np.asarray(rotor - rotor[0])
+def rotor_angle(angle: np.ndarray) -> np.ndarray:
+    """Return the angle (N,) that the rotor has turned, of the angles (n, N) of all bodies."""
+    return np.asarray(angle[0] - angle[0, 0])
 
 
-def mean_phase(result: xr.Dataset, model: str) -> np.ndarray:
-    """Return the mean angle (N,) of the bodies about the rotor, relative to the rotor."""
-    angle = result[f"{model}angle"].values
-    return np.asarray(angle[_has_phase(result.phase)].mean(axis=0) - angle[0])
+def mean_phase(angle: np.ndarray, phase: np.ndarray) -> np.ndarray:
+    """Return the mean angle (N,) of the bodies about the rotor, relative to the rotor. phase: of all bodies (n, N)."""
+    return np.asarray(angle[_has_phase(phase)].mean(axis=0) - angle[0])
 
 
-def _has_phase(phase: xr.DataArray) -> np.ndarray:
+def _has_phase(phase: np.ndarray) -> np.ndarray:
     """True for bodies (n,) that have a phase."""
-    return np.asarray(np.isfinite(phase.values).any(axis=1))
+    return np.asarray(np.isfinite(phase).any(axis=1))
 
 
 def _panels(view: _View) -> list[Panel]:
@@ -235,7 +221,7 @@ def _speed(axis: Axes, view: _View) -> None:
     result, band = view.result, RANGE
     _limits(axis, view, "speed", 1.0)
     for i in range(len(view.bodies)):
-        is_rotor = "phase" not in result or not _has_phase(result.phase)[i]
+        is_rotor = "phase" not in result or not _has_phase(result.phase.values)[i]
         windows = view.windows(i if is_rotor else 0)
         look = view.look(i) | {"zorder": 3 - 0.01 * i}
         if view.has_spans and view.has_time_axis and windows is not None:
@@ -291,14 +277,14 @@ def _limits(axis: Axes, view: _View, name: str, scale: float) -> None:
 
 def _body_phases(axis: Axes, view: _View) -> None:
     """Draw phases of bodies to their rotor."""
-    _phases(axis, view, "phase", "the rotor", np.flatnonzero(_has_phase(view.result.phase)).tolist())
+    _phases(axis, view, "phase", "the rotor", np.flatnonzero(_has_phase(view.result.phase.values)).tolist())
 
 
 def _rotor_phases(axis: Axes, view: _View) -> None:
     """Draw phases of rotors to the vibration or to the first rotor."""
     is_shaken = bool(np.isfinite(float(view.result.vibration_frequency)))
     reference = "the vibration" if is_shaken else view.bodies[0]
-    _phases(axis, view, "rotor_phase", reference, np.flatnonzero(_has_phase(view.result.rotor_phase)).tolist())
+    _phases(axis, view, "rotor_phase", reference, np.flatnonzero(_has_phase(view.result.rotor_phase.values)).tolist())
 
 
 def _phases(axis: Axes, view: _View, name: str, reference: str, bodies: Sequence[int]) -> None:
@@ -404,59 +390,3 @@ def _whole_run(axis: Axes, view: _View) -> None:
     axis.set_xlim(float(view.x.min()), float(view.x.max()))
     axis.set_ylim(bottom=0)
     axis.set(xlabel=f"whole run, {view.name}", ylabel=with_unit("amplitude", unit))
-
-
-def _last_large_amplitude(result: xr.Dataset) -> float:
-    """Return the last time at which the amplitude of one of many run-ups is not small beside the largest of all."""
-    amplitude = result.amplitude.values
-    with np.errstate(invalid="ignore"):
-        large = amplitude > _SMALL * np.nanmax(amplitude, initial=0.0)
-    return float(np.broadcast_to(result.time.values, amplitude.shape)[large].max(initial=0.0))
-
-
-def _figure_of_many(result: xr.Dataset) -> Figure:
-    """Draw speed and amplitude of each of many run-ups, named at the ends of lines where there is room."""
-    cases, over, (scale, unit) = result.wucht.summary["cases"], "abscissa" in result, printed_unit(result, "amplitude")
-    end = float(np.nanmax(result.time.values))
-    until = shown_until(cases, end)
-    large = _last_large_amplitude(result)
-    vibrating = SETTLED_SHARE * large if SETTLED_SHARE * large < _SOON * until else until
-    heights, words = [_HEIGHT, _HEIGHT, _STRIP], (result.attrs["title"], result.attrs["sentence"])
-    if vibrating < until:
-        fig, axes = sheet.new_grid(2 + (until < end), *words, columns=1, heights=heights)
-    else:
-        fig, axes = sheet.new_figure(2, *words, heights, apart=int(until < end))
-    speed, amplitude, *strips = axes
-    few, tones = len(cases) <= style.MOST_LOOKS, style.shades(len(cases))
-    name = label(result, "abscissa") if over else abscissa_label(result, "time")
-    for k, case in enumerate(cases):
-        run = result.isel(case=k)
-        text = f"{case['label']}: {case['outcome']}" if few or k < _MOST_NAMED else None
-        look = style.line_style(k) if few else {"color": tones[k], "linewidth": 0.7}
-        inside, every = run.time.values <= until, np.isfinite(run.time.values)
-        shaking = run.time.values <= vibrating
-        at = run["abscissa" if over else "time"].values
-        speed.plot(*thin_curve(at[inside], run.speed.values[0][inside]), **look)
-        amplitude.plot(*thin_curve(at[shaking], scale * run.amplitude.values[shaking]), label=text, **look)
-        for strip in strips:
-            strip.plot(*thin_curve(at[every], scale * run.amplitude.values[every]), **look)
-        if "slow_speed" in result:
-            slow = run["slow_abscissa" if over else "time"].values
-            line_label = "averaged equations" if k == 0 else None
-            speed.plot(*thin_curve(slow[inside], run.slow_speed.values[0][inside]), label=line_label, **style.SLOW)
-            amplitude.plot(*thin_curve(slow[shaking], scale * run.slow_amplitude.values[shaking]), **style.SLOW)
-    free = {round(case["free_speed"], 6) for case in cases if case["free_speed"] is not None}
-    style.mark_levels(speed, sorted(free) if len(free) <= 2 else (), "no-load speed")
-    name_speeds(speed, result)
-    if vibrating < until:
-        speed.set_xlabel(name)
-    amplitude.set(xlabel=name, ylabel=label(result, "amplitude", unit), ylim=(0, None))
-    for axis in ((speed,) if vibrating < until else ()) + (amplitude, *strips):
-        ends = [np.asarray(line.get_xdata())[[0, -1]] for line in axis.get_lines() if np.size(line.get_xdata())]
-        if ends and np.ptp(ends) > 0:
-            axis.set_xlim(np.min(ends), np.max(ends))
-    for strip in strips:
-        strip.set(xlabel=f"whole runs, {name}", ylabel=with_unit("amplitude", unit), ylim=(0, None))
-    sheet.name_at_ends(amplitude)
-    sheet.legend_below(fig, sheet.labelled_handles([speed]))
-    return fig

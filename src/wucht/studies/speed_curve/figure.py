@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from wucht.plots.page import small
 from wucht.plots.sheet import legend_beside, new_figure, rpm_axis
@@ -17,6 +14,11 @@ from wucht.plots.stability_lines import Symbol, draw_kinds, entry, equal_stretch
 from wucht.plots.style import COLOURS, GREY, GUIDE, shades
 from wucht.results.attributes import number_in, text_in
 from wucht.results.formatting import label, parameter_in_words, printed_unit, units_in_print, with_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Transform = Callable[[np.ndarray, np.ndarray], np.ndarray]  # (values of the parameter, variable) -> ordinate
 
@@ -47,7 +49,7 @@ _SMALLEST_DIVISOR = 1e-3  # of the largest value: a ratio to a smaller one is no
 _AS_PRESCRIBED = 1e-9
 
 
-def figure(result: xr.Dataset) -> Figure:
+def speed_figure(result: xr.Dataset) -> Figure:
     """Draw panels over the parameter from a speed curve's Dataset alone: speed, amplitude if there is one, and the curves of
     special points where there is a second parameter with a range.
     """
@@ -121,7 +123,8 @@ def _branches(
             line_codes.add(code)
             panel = (high - low, size)
             axis.plot(*smooth_curve(points, panel, begin, end), color=colours[key], **_LINES[code])
-    _special_points(axis, result, name, ordinate)
+    special = result.special_value.values, ordinate(result.special_value.values, _ordinates(result, "special_", name))
+    draw_kinds(axis, *special, result.special_kind.values.astype(str), _MARKS)
     if result.sizes["own"]:
         axis.axvline(result.wucht.summary["value"], zorder=1, **GUIDE)
     axis.margins(y=_ROOM)
@@ -191,11 +194,9 @@ def _plane(axis: Axes, result: xr.Dataset, colours: dict[str, str]) -> None:
 
 def _parameter_name(result: xr.Dataset) -> str:
     path, description = text_in(result, "along"), text_in(result, "along_what")
-    return description if "." in path else parameter_in_words(path, description).replace(path, _symbol(result), 1)
-
-
-def _symbol(result: xr.Dataset) -> str:
-    return text_in(result, "along_symbol")
+    return (
+        description if "." in path else parameter_in_words(path, description).replace(path, text_in(result, "along_symbol"), 1)
+    )
 
 
 def _with_its_unit(number: str, unit: str) -> str:
@@ -260,13 +261,6 @@ def _pieces(result: xr.Dataset) -> Iterator[tuple[np.ndarray, list[tuple[int, in
         yield at, [(a, b, _key(result, k), int(of_segment[a])) for a, b in equal_stretches(of_segment)]
 
 
-def _special_points(axis: Axes, result: xr.Dataset, name: str, ordinate: Transform) -> None:
-    """Draw special points."""
-    kinds = result.special_kind.values.astype(str)
-    x, y = result.special_value.values, ordinate(result.special_value.values, _ordinates(result, "special_", name))
-    draw_kinds(axis, x, y, kinds, _MARKS)
-
-
 def _legend(colours: dict[str, str], line_codes: set[int], result: xr.Dataset) -> list[Any]:
     single = next(iter(colours.values())) if len(colours) == 1 else GREY
     colour_entries = {key: colour for key, colour in colours.items() if key != _NO_NAME or len(colours) > 1}
@@ -278,6 +272,10 @@ def _legend(colours: dict[str, str], line_codes: set[int], result: xr.Dataset) -
     handles += kind_entries(result.special_kind.values, _MARKS)
     if result.sizes["own"]:
         value_text = _with_its_unit(f"{result.wucht.summary['value']:.5g}", text_in(result, "along_unit"))
-        value = f"as it is: {value_text}" if "." in text_in(result, "along") else f"as it is:\n{_symbol(result)} = {value_text}"
+        value = (
+            f"as it is: {value_text}"
+            if "." in text_in(result, "along")
+            else f"as it is:\n{text_in(result, 'along_symbol')} = {value_text}"
+        )
         handles.append(entry(value, **GUIDE))
     return handles

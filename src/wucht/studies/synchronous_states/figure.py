@@ -6,15 +6,10 @@ Of each it draws the balance of forces, as 000 Bild 3 to 6; of exciters alone th
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
-from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Rectangle
-from matplotlib.patheffects import Stroke
 
 from wucht.plots.machine_drawing import MachineShape, shape_in_result
 from wucht.plots.page import current_page, small
@@ -23,7 +18,11 @@ from wucht.plots.sheet import legend_beside, legend_over, new_grid
 from wucht.plots.stability_lines import draw_region, entry, field
 from wucht.plots.style import COLOURS, GREY
 from wucht.results.attributes import number_in
-from wucht.studies.synchronous_states.dataset import select_states
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _COLUMNS, _NARROW, _MOST = 4, 2, 12  # force balances a row, in a column of a journal, and in all
 _ROW, _DECK, _MAP = 1.5, 2.2, 2.4  # inches
@@ -45,6 +44,11 @@ _FRAMES: dict[str, tuple[str, Any, float, str]] = {
 }
 _MOST_PHASES = 3  # phases written out above a force balance
 _WORDS = {1: "stable", 0: "unstable", -1: "undecided"}
+
+
+def select_states(verdicts: Sequence[str], most: int) -> list[int]:
+    """Select the states to be shown, in their order: of too many, unstable ones are left out first."""
+    return sorted(sorted(range(len(verdicts)), key=lambda k: verdicts[k].startswith("unstable"))[:most])
 
 
 def figure(result: xr.Dataset) -> Figure:
@@ -106,6 +110,8 @@ def _deck_shape(result: xr.Dataset) -> MachineShape | None:
 
 def _draw_deck(axis: Axes, result: xr.Dataset, k: int, shape: MachineShape) -> None:
     """Draw the carrier, the centrifugal force of each exciter at its place, and the path of the centre of mass."""
+    from matplotlib.patches import Circle, Rectangle
+
     state = result.wucht.summary["states"][k]
     direction, senses, phases = state.get("throw_direction"), result.sense.values, result.phase.values[k]
     relative = result.unbalance.values * np.exp(1j * (phases - senses * (direction or 0.0)))
@@ -166,6 +172,8 @@ def _arrow(axis: Axes, start: complex, end: complex, **style: Any) -> None:
 
 def _appearance(i: int) -> dict[str, Any]:
     """Return the style of a body's force: hollow beyond the fifth body, where colours repeat."""
+    from matplotlib.patheffects import Stroke
+
     colour = _ROTOR if i == 0 else _BODIES[(i - 1) % len(_BODIES)]
     hollow = [Stroke(linewidth=3.2, foreground=colour), Stroke(linewidth=1.4, foreground="white")]
     return {"color": colour, "path_effects": hollow if i > len(_BODIES) else None}
@@ -225,6 +233,8 @@ def _legend(result: xr.Dataset, frames: set[str], has_deck: bool) -> list[Any]:
 
 def _draw_map(axis: Axes, result: xr.Dataset) -> None:
     """Draw the states that are stable in the averaged equations, over speed and unbalance ratio."""
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
     names = [str(n) for n in result.region.values]
     code = np.tensordot(2 ** np.arange(len(names)), result.map_stable.values.astype(int), 1)
     unique, index = np.unique(code, return_inverse=True)

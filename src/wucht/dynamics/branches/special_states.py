@@ -1,0 +1,57 @@
+"""Special points of branches of steady states, with the frequency of the oscillation that begins there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.dynamics.branches.bifurcation_diagram import BranchCase
+from wucht.dynamics.branches.equilibrium_branches import ALL_STABLE, SOME_STABLE, EquilibriumBranch
+from wucht.numerics.continuation.equilibria import HOPF
+
+_ONE_POINT = 1e-6  # in units of scale: a special point that lies on two branches
+
+
+@dataclass(frozen=True)
+class SpecialState:
+    """Special point of a numbered branch: unknowns (n+1,). frequency: of a Hopf point. second: the second parameter's value."""
+
+    kind: str
+    unknowns: np.ndarray
+    speed: float
+    amplitude: float
+    branch: int
+    frequency: float | None
+    second: float | None
+
+
+def special_states(case: BranchCase, branches: Sequence[EquilibriumBranch]) -> list[SpecialState]:
+    """Collect all special points; one on two branches counts once."""
+    special_points: list[SpecialState] = []
+    states_by_second_value = dict(case.states_by_second_value)
+    for k, branch in enumerate(branches):
+        steady_states = states_by_second_value[branch.second]
+        width, ordinates = steady_states.equilibria.equations.scale[-1], steady_states.ordinates(branch.unknowns)
+        for i in np.flatnonzero([bool(kind) for kind in branch.kinds]).tolist():
+            unknowns, kind = branch.unknowns[:, i], branch.kinds[i]
+            neighbours = [
+                s
+                for s in special_points
+                if (s.kind, s.second) == (kind, branch.second) and abs(s.unknowns[-1] - unknowns[-1]) < _ONE_POINT * width
+            ]
+            if any(steady_states.is_same(unknowns, np.append(s.unknowns[:-1], unknowns[-1])) for s in neighbours):
+                continue
+            speed, amplitude = float(ordinates.speed[i]), float(ordinates.amplitude[i])
+            exponents = branch.exponents[:, i][np.isfinite(branch.exponents[:, i])]
+            swings = kind == HOPF or (kind in (SOME_STABLE, ALL_STABLE) and exponents[exponents.real.argmax()].imag != 0)
+            frequency = _frequency_of(exponents) if swings else None
+            special_points.append(SpecialState(kind, unknowns, speed, amplitude, k, frequency, branch.second))
+    return special_points
+
+
+def _frequency_of(exponents: np.ndarray) -> float:
+    """Return the frequency of the pair nearest to the imaginary axis, of those that oscillate."""
+    pairs = exponents[exponents.imag > 0]
+    return float(pairs[np.abs(pairs.real).argmin()].imag)

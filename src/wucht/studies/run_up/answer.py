@@ -1,0 +1,359 @@
+"""The answer of one run-up: its motion, its end and its verdict."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wucht.analysis.dimensionless import dimensionless_numbers
+from wucht.analysis.throw import NUMBERS, Throw, largest_of
+from wucht.dynamics.run_ups.bearing_loads import BearingLife, bearing_warnings, lives_at_end, loads_at_end
+from wucht.dynamics.run_ups.contacts import ContactCheck, track_contacts
+from wucht.dynamics.run_ups.hanging_start import hanging_words
+from wucht.dynamics.run_ups.motion_limits import MotionLimits, stored_samples_per_turn
+from wucht.dynamics.run_ups.neighbours import Neighbour
+from wucht.dynamics.run_ups.run_up import Motion
+from wucht.dynamics.verdicts.noise import Noise
+from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.dynamics.verdicts.verdict import Verdict
+from wucht.machines.machine import MISMATCH
+from wucht.machines.operation import natural_frequencies
+from wucht.numerics.observers.records import smooth_weights
+from wucht.numerics.zeros_and_peaks import extremes
+from wucht.results.formatting import number_text
+from wucht.results.quantities import dataset_from_quantities
+from wucht.studies.answer import Answer
+from wucht.studies.bearing_variables import force_text, state_lives, state_loads
+from wucht.studies.motion_variables import envelopes, motion_quantities
+from wucht.studies.run_up.chance import differing_numbers, state_chance
+from wucht.studies.run_up.combined_runs import printed_number, state_averaged
+from wucht.studies.starting_variables import start_warnings, state_starting_torques
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_FEWEST = 8  # samples
+_KEYS = ("free_speed", "peak_amplitude")  # variables that are keys of the summary
+_FEWEST_A_TURN = 8
+_BALANCE_LIMIT = 1e-6  # an energy residual beyond it is reported as a warning
+_CIRCLE = 0.98  # ratio of the stroke across to that along: above it, the motion is a circle
+_GENTLE = 0.05  # machine number below which the vibration is negligible
+
+Mark = Callable[..., str]  # of numbers by their keys: in a line, after them
+
+
+def fill_run(
+    motions: Sequence[Motion],
+    neighbour: Neighbour | None,
+    check: ContactCheck | None,
+    deck: float | None,
+    hangs: bool,
+    a: Answer,
+) -> None:
+    """State one run, of all its models. neighbour, check: of the first. hangs: it starts at rest, hanging."""
+    fill = partial(_fill_models, motions, check, deck, hangs)
+    if neighbour is None:
+        fill((), a)
+        return
+    units = motions[0].case.machine.units
+    run, beside = (
+        Answer(units, fill_one).result()
+        for fill_one in (partial(fill, ()), partial(_fill_motion, neighbour.motion, None, deck, hangs, ()))
+    )
+    differing = differing_numbers(run, beside)
+    fill([q.name for q in differing], a)
+    state_chance(a, differing, run.summary["outcome"], beside.summary["outcome"], neighbour.growth)
+
+
+def _fill_models(
+    motions: Sequence[Motion],
+    check: ContactCheck | None,
+    deck: float | None,
+    hangs: bool,
+    chance: Collection[str],
+    a: Answer,
+) -> None:
+    """State the motions of the full equations and of the averaged ones. chance: numbers that a neighbour does not confirm."""
+    first, *averaged = motions
+    _fill_motion(first, check, deck, hangs, chance, a)
+    for motion in averaged:
+        slow = Answer(first.case.machine.units, partial(_fill_motion, motion, None, deck, hangs, ()))
+        state_averaged(a, motions, slow.result())
+
+
+def _fill_motion(
+    motion: Motion, check: ContactCheck | None, deck: float | None, hangs: bool, chance: Collection[str], a: Answer
+) -> None:
+    """State the motion of one model."""
+    machine, trajectory, verdict = motion.case.machine, motion.trajectory, motion.verdict
+
+    def mark(*keys: str) -> str:
+        return " (one of many)" if any(key in chance for key in keys) else ""
+
+    variables = motion_quantities(machine, motion.rows, motion.machine_motion, motion.observation.largest)
+    samples = stored_samples_per_turn(motion)
+    limits = MotionLimits.of(motion) if samples < _FEWEST_A_TURN else None
+    variables += [] if limits is None else envelopes(machine, motion.observation.main.last(1.0))
+    result = dataset_from_quantities(variables)
+    residual, noise = float(result.energy_residual.max()), Noise.of(motion.compiled_system.tolerance)
+    a.sentence, a.failure = verdict.sentence, trajectory.failure
+    a.verdict = f"{str(verdict.outcome).upper()}: {verdict.sentence}"
+    a.attribute(
+        engine=motion.compiled_system.engine_name,
+        tolerance=motion.compiled_system.tolerance,
+        model=motion.model.name,
+        outcome=str(verdict.outcome),
+        end_time=trajectory.end_time,
+        end_state=trajectory.end_state,
+    )
+    _warn(a, motion, samples, residual)
+    depth = _state_end(a, motion, result, limits, noise, mark)
+    if hangs:
+        a.number("start_state", hanging_words(machine), "start of the machine")
+    state_starting_torques(a, machine.at(trajectory.end_time))
+    if natural_frequencies(machine.at(float(result.time.values[-1]))):
+        a.line("resonance", "{natural_frequencies}")
+    amplitudes = (
+        "{final_amplitude} at the end" + mark("final_amplitude") + ", {peak_amplitude} at most" + mark("peak_amplitude")
+    )
+    a.line("amplitude", amplitudes)
+    lives = dict[str, BearingLife]()
+    if motion.model.name == "full":
+        lives = lives_at_end(machine, motion.machine_motion, verdict.window)
+        loads = loads_at_end(machine, motion.machine_motion, verdict.window)
+        throw = _state_vibration(a, motion, result, noise, deck, mark)
+        is_shaken = throw is not None and throw.machine_number >= _GENTLE
+        is_shown = bool(lives) or (len(loads) > 1 and is_shaken)
+        of_loads = mark("steady_bearing_forces", "bearing_forces", "peak_bearing_forces")
+        state_loads(a, {name: load.beyond(noise) for name, load in loads.items()}, is_shown, of_loads)
+        state_lives(a, lives, mark("bearing_life", "equivalent_bearing_loads"))
+    _tell_end(a, verdict, depth, mark)
+    numbers = dimensionless_numbers(machine.at(float(result.time.values[-1])))
+    if numbers and not machine.dimensionless:
+        a.line("in numbers", ", ".join(f"{name} {value:.4g}" for name, value in numbers.items()))
+    if motion.model.name == "full":
+        _state_contacts(a, motion, mark)
+        if check is not None:
+            _state_check(a, check, verdict)
+    a.line("energy", "balance closed to {energy_residual:.1e}")
+    a.add(replace(q, in_summary=q.name in _KEYS, headline=q.name == "peak_amplitude") for q in variables)
+    a.warn(*bearing_warnings(lives), *([check.warning()] if check is not None and check.is_stiffer else []))
+
+
+def _warn(a: Answer, motion: Motion, samples: float, residual: float) -> None:
+    """Warn of the run, of its verdict and of its accuracy. samples: stored in a turn."""
+    verdict, evidence, failure = motion.verdict, motion.verdict.evidence, motion.trajectory.failure
+    horizon, unit = motion.case.horizon, motion.case.machine.units.time
+    if motion.model is motion.case.models[0]:  # of both models the horizon is that of the full one
+        a.warn(*horizon.warnings)
+        if samples < _FEWEST_A_TURN:
+            a.warn(
+                f"only {samples:.1f} samples a turn are stored, to keep the result below {horizon.most} samples: its variables "
+                "do not show the whole motion, but least_speed, greatest_speed, least_radius and greatest_radius show its "
+                "limits; verdict, speeds and amplitudes of the summary do not depend on them. study.stored_samples sets the "
+                "limit"
+            )
+        a.warn(*horizon.limit_warnings(motion.trajectory.end_time, verdict, unit))
+    a.warn(*motion.model.warnings, *((*motion.model.remedies, failure) if failure else ()))
+    if verdict.outcome is Outcome.PASSED and verdict.faster_branch:
+        a.warn(
+            f"the rotor settled at {verdict.speed:.4g}, just beyond the maximum of the vibration torque at "
+            f"{evidence.resonance:.4g}, although the drive could hold a higher speed too: this is the branch of the "
+            "captured states, close to its end"
+        )
+    if motion.model.name == "full":  # averaged equations have no weight
+        turning = {r.name for r in motion.case.machine.rotors} - set(verdict.not_started)
+        a.warn(*start_warnings(motion.case.machine, motion.machine_motion.states[:, 0], turning))
+    a.warn(*([verdict.advice] if verdict.advice else []))
+    a.warn(*(warning for contacts in track_contacts(motion).values() if (warning := contacts.warning())))
+    if not residual <= _BALANCE_LIMIT:  # NaN does not close either
+        a.warn(
+            f"the energy balance closes only to {residual:.1e}: the run is not accurate; look for a parameter or a start that "
+            "is off by a factor of thousands, or give a smaller study.tolerance"
+        )
+
+
+def _window(result: xr.Dataset, verdict: Verdict) -> np.ndarray:
+    """True for the samples (N,) of the verdict."""
+    time = result.time.values
+    inside: np.ndarray = (time >= verdict.window[0]) & (time <= verdict.window[1])
+    inside[-1] |= not inside.any()
+    return inside
+
+
+def _state_end(
+    a: Answer, motion: Motion, result: xr.Dataset, limits: MotionLimits | None, noise: Noise, mark: Mark
+) -> float | None:
+    """State the summary of the contract, and return the depth of the modulation.
+
+    limits: where the variables of the result are too few samples of the motion.
+    """
+    verdict, machine = motion.verdict, motion.case.machine.at(float(result.time.values[-1]))
+    evidence, modulation, inside = verdict.evidence, verdict.modulation, _window(result, verdict)
+    rotor = result.speed.sel(body=machine.rotor.name).values[inside]
+    envelope, (low, high) = result.amplitude.values[inside], limits.speeds if limits else extremes(rotor)
+    amplitudes = verdict.amplitudes or (limits.amplitudes if limits else None)
+    values = amplitudes or [float(f(envelope)) for f in (np.mean, np.min, np.max)]
+    amplitude, least, greatest = (noise.without(a, motion.observation.largest) for a in values)
+    residual = None if verdict.residual is None else noise.without(verdict.residual, 1.0)
+    if evidence.turning:
+        mean = (float(np.sign(rotor.mean())) or 1.0) * verdict.speed
+    else:
+        weights = smooth_weights(len(rotor))
+        mean = float(np.average(rotor, weights=weights if weights.any() else None))
+    depth = (modulation.high - modulation.low) / (2 * abs(mean)) if modulation and mean else None
+    mismatch = float(result[MISMATCH][-1]) if MISMATCH in result else None
+    length = machine.orbit_unit
+    a.number("outcome", str(verdict.outcome), "outcome")
+    a.number("final_speed", mean, "mean speed of the main rotor at the end", "speed", headline=True)
+    a.number("min_speed", low, "least speed of the main rotor at the end", "speed")
+    a.number("max_speed", high, "greatest speed of the main rotor at the end", "speed")
+    a.number("final_amplitude", amplitude, "mean amplitude of the axis at the end", length, headline=True)
+    a.number("min_amplitude", least, "least amplitude of the axis at the end", length)
+    a.number("max_amplitude", greatest, "greatest amplitude of the axis at the end", length)
+    a.number("amplitude_unit", length, "unit of amplitudes")
+    a.number("final_phases", verdict.phases, "mean phases of the bodies relative to their rotor at the end", "rad")
+    a.number("final_residual_unbalance", residual, "residual share of the rotor's unbalance", headline=True)
+    a.number("settling_time", verdict.settling_time, "time until the speed has settled", "time", headline=True)
+    of_amplitude = "time after which the amplitude has settled"
+    a.number("amplitude_settling_time", verdict.amplitude_settling_time, of_amplitude, "time")
+    a.number("modulation_period", modulation and modulation.period, "period of the modulation", "time")
+    a.number("modulation_period_phi", modulation and modulation.period_angle, "angle of the rotor in that period", "rad")
+    a.number("modulation_depth", depth, "share of the mean speed by which it is modulated to either side")
+    a.number("energy_residual", float(result.energy_residual.max()), "largest relative error of the energy balance")
+    a.number("damper_mismatch", mismatch, "relative mismatch of damper torques that are not reciprocal")
+    a.number("resonance_speed", evidence.resonance, "speed of the largest vibration torque", "speed")
+    a.number("natural_frequencies", natural_frequencies(machine), "natural frequencies by mode", "speed")
+    a.number("dimensionless", dimensionless_numbers(machine), "dimensionless numbers of the machine")
+    a.number("advice", verdict.advice, "advice")
+    a.number("advised_time", verdict.needed_time, "sufficient time", "time")
+    free = float(result.free_speed)
+    text = "{final_speed}"
+    if free and math.isfinite(free):  # nothing drives a rotor that vibration sustains
+        text += " of {free_speed} without vibration"
+    if modulation is None:
+        text += mark("final_speed")
+    else:
+        text += ", modulated, between {min_speed} and {max_speed}" + mark("final_speed", "min_speed", "max_speed")
+    a.line("speed", text)
+    _state_rotors(a, verdict, noise, mark)
+    return depth
+
+
+def _state_rotors(a: Answer, verdict: Verdict, noise: Noise, mark: Mark) -> None:
+    """State what the bodies do to the unbalance, and the speeds and phases of several rotors."""
+    if verdict.unbalance_factor is not None:
+        factor = noise.without(verdict.unbalance_factor, 1.0)
+        a.number("unbalance_factor", factor, "factor by which the bodies increase the rotor's unbalance")
+    if verdict.locking is not None:
+        speeds = a.number("mean_speeds", verdict.locking.final_speeds, "mean speeds of the rotors", "speed")
+        if len(speeds) > 1:
+            listing = ", ".join(f"{name} {printed_number(a, speed, 'rad/s')}" for name, speed in speeds.items())
+            a.line("mean speeds", "{speeds}" + mark("mean_speeds"), speeds=listing)
+        phases = a.number("rotor_phases", verdict.locking.phases, "mean phases of the rotors", "rad")
+        a.line("phase", "{phases}" + mark("rotor_phases"), phases=_angles(phases))
+    if verdict.rotors:
+        outcomes = {name: str(o) for name, o in verdict.rotors.items()}
+        a.number("rotor_outcomes", outcomes, "outcome of each rotor")
+
+
+def _tell_end(a: Answer, verdict: Verdict, depth: float | None, mark: Mark) -> None:
+    """Add lines on the phases, the settling and the modulation at the end."""
+    if verdict.phases:
+        a.line("phases", "{phases}" + mark("final_phases"), phases=_angles(verdict.phases))
+        remains = " remains" if verdict.unbalance_factor is None else ": more than without bodies"
+        a.line("unbalance", f"{{final_residual_unbalance:%}} of the rotor's{remains}{mark('final_residual_unbalance')}")
+    speed, amplitude = verdict.settling_time, verdict.amplitude_settling_time
+    chance = mark("settling_time", "amplitude_settling_time")
+    later = ", the speed" if amplitude is None else ""  # with lagging bodies the amplitude beats permanently
+    if amplitude is not None and speed is not None and amplitude > speed:
+        later = "; the amplitude at {amplitude_settling_time:.4g}"
+    a.line("settled at", "{settling_time:.4g}" + later + chance)
+    if (modulation := verdict.modulation) is not None:
+        turns = modulation.period_angle / (2 * math.pi)
+        period = f"period {{modulation_period:.5g}}, {turns:.4g} turns"
+        period += "" if depth is None else ", +-{modulation_depth:.2g%} of the speed averaged over turns"
+        a.line("modulation", period + mark("modulation_period", "modulation_depth"))
+
+
+def _state_vibration(
+    a: Answer, motion: Motion, result: xr.Dataset, noise: Noise, deck: float | None, mark: Mark
+) -> Throw | None:
+    """State the motion of the carrier's centre of mass in the last window; None without units, or if it only turns."""
+    machine, inside = motion.case.machine, _window(result, motion.verdict)
+    ways = [d for d in "xy" if d in machine.labels]
+    if not ways or machine.dimensionless or np.count_nonzero(inside) < _FEWEST:
+        return None
+    samples = result.isel(time=inside)
+    place, velocity = (_plane(samples[name]) for name in ("displacement", "velocity"))
+    throw = Throw.from_samples(samples.time.values, place, velocity, deck).beyond(noise.angle * motion.observation.largest)
+    force = noise.without(largest_of(_plane(samples.bearing_force)), largest_of(_plane(result.bearing_force)))
+    a.number("bearing_force", force, "largest force of all bodies together on the carrier", "N")
+    for name, value in throw.numbers.items():
+        a.number(name, value, *NUMBERS[name], headline=name == "machine_number")
+    if deck is not None:
+        normal = "largest acceleration normal to the deck over that of gravity"
+        a.number("deck", deck, "inclination of the deck", "rad")
+        a.number("throw_number", throw.throw_number(deck), normal)
+    if throw.machine_number < _GENTLE and deck is None:
+        return throw
+    ratio, direction = throw.ratio or 0.0, throw.numbers["throw_direction"]
+    way = "" if direction is None else f" at {math.degrees(direction):.1f}\u00b0"
+    shape = f"{way}, {number_text(throw.stroke * ratio, 'm')} across" if ratio < _CIRCLE else " on a circle"
+    of_deck = "" if deck is None else f"; throw number {{throw_number:.3g}} of a deck at {math.degrees(deck):.3g}\u00b0"
+    acceleration = f"{throw.acceleration:.4g} m/s\u00b2, machine number {{machine_number:.3g}}{of_deck}"
+    a.line("stroke", f"{{stroke}} peak to peak{shape}{mark('stroke', 'throw_direction', 'throw_ratio')}")
+    a.line("acceleration", acceleration + mark("acceleration", "machine_number", "throw_number"))
+    a.line("force", f"{force_text(force)} at most, of the bodies on the carrier{mark('bearing_force')}")
+    return throw
+
+
+def _plane(of: xr.DataArray) -> np.ndarray:
+    """Return its components in x and y (2, N), zero where the carrier cannot move."""
+    there = [str(d) for d in of.direction.values]
+    zero = np.zeros(of.sizes["time"])
+    return np.array([of.values[there.index(d)] if d in there else zero for d in "xy"])
+
+
+def _state_contacts(a: Answer, motion: Motion, mark: Mark) -> None:
+    """State how stiff the contacts of balls are, and how far balls overlap in the run; nothing without tracks."""
+    contacts = track_contacts(motion)
+    if not contacts:
+        return
+    overlaps = {name: c.overlap for name, c in contacts.items() if c.overlap is not None}
+    lengths = {name: overlap * contacts[name].radius for name, overlap in overlaps.items()}
+    frequencies = {name: c.frequency for name, c in contacts.items()}
+    unit = motion.case.machine.orbit_unit
+    a.number("contact_frequencies", frequencies, "frequencies of the contacts, by track", "rad/s")
+    a.number("overlaps", overlaps, "largest overlaps of bodies in the run, as angles, by track", "rad")
+    a.number("overlap_lengths", lengths, "largest overlaps of bodies in the run, by track", unit)
+    for track, frequency in frequencies.items():
+        overlap, angle = "", overlaps.get(track)
+        if angle is not None:
+            length = number_text(lengths[track], "m", "", motion.case.machine.dimensionless)
+            overlap = f"; bodies overlap by {length} at most, {math.degrees(angle):.2g}°" if angle else "; none has closed"
+        a.line("contacts", f"of {frequency:.4g} rad/s{overlap}{mark('overlaps', 'overlap_lengths')}")
+
+
+def _state_check(a: Answer, check: ContactCheck, verdict: Verdict) -> None:
+    """State what contacts of another stiffness change."""
+    stiffness = "four times as soft" if check.is_stiffer else "four times as stiff"
+    outcome, condition = str(check.reference.verdict.outcome), f"with contacts {stiffness}"
+    amplitude, residual = check.amplitude_change, check.residual_change
+    a.number("contact_check", stiffness, "contacts of the run for comparison")
+    a.number("contact_check_outcome", outcome, f"outcome {condition}")
+    a.number("contact_check_amplitude", amplitude, f"change of the largest amplitude {condition}")
+    a.number("contact_check_residual", residual, f"change of the residual unbalance {condition}")
+    changes = [] if amplitude is None else [f"the largest amplitude changes by {100 * amplitude:.2g} %"]
+    changes += [] if residual is None else [f"the remaining unbalance by {100 * residual:.2g} % of the rotor's"]
+    changes += [] if outcome == str(verdict.outcome) else [f"the outcome is {outcome}"]
+    a.line("", f"{stiffness}, {', '.join(changes) or 'nothing is known of changes'}")
+
+
+def _angles(phases: dict[str, float]) -> str:
+    return ", ".join(f"{name} {math.degrees(phase):.1f}°" for name, phase in phases.items())
