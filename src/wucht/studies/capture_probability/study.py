@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
@@ -224,20 +225,20 @@ class CaptureProbability(EnsembleStudy):
         part = work.part("values", 0.0, first)
         for k, value in enumerate(grid):
             done.append(runs.point(value, samples, part.part(f"{k}", k / len(grid), (k + 1) / len(grid))))
-            yield self._answer(machine, prepared, done)
+            yield Answer(machine.units, partial(self._state, prepared=prepared, done=tuple(done)))
         begin, number = first, 0
         while self.probability is not None and (at := next_sample_value(done, self.probability)) is not None:
             end = (begin + search) / 2  # the number of steps is not known in advance
             point = runs.point(at, samples, work.part(f"search/{number}", begin, end).open_ended)
             done, begin, number = sorted([*done, point], key=lambda p: p.value), end, number + 1
-            yield self._answer(machine, prepared, done)
+            yield Answer(machine.units, partial(self._state, prepared=prepared, done=tuple(done)))
         cross = None
         if sensitivity is not None and not all(p.is_undecided for p in done):
             members = runs.outcomes(*sensitivity, work.part("sensitivity", search, last))
             inside, open_ = members.has_outcome(self.outcome), members.has_outcome(OPEN_OUTCOMES)
             cross = members, indices(inside, open_, len(runs.quantities), self.confidence, self.seed)
         work.report(1.0)
-        yield self._answer(machine, prepared, done, cross)
+        yield Answer(machine.units, partial(self._state, prepared=prepared, done=tuple(done), cross=cross))
 
     def _shares_of_work(self, values: int, cross_runs: int) -> list[float]:
         """Completed share of the work after the values, the search and the sensitivity."""
@@ -246,8 +247,8 @@ class CaptureProbability(EnsembleStudy):
         shares: list[float] = (sizes / sizes[-1]).tolist()
         return shares
 
-    def _answer(self, machine: Machine, prepared: Prepared, done: list[ProbabilityPoint], cross: Cross = None) -> Answer:
-        a, (runs, grid, *_) = Answer(machine.units), prepared
+    def _state(self, a: Answer, prepared: Prepared, done: tuple[ProbabilityPoint, ...], cross: Cross = None) -> None:
+        runs, grid, *_ = prepared
         a.number("along", runs.along.path, "parameter")
         a.number("unit", runs.along.unit, "its unit")
         a.number("range", [grid[0], grid[-1]], "its least and greatest value", runs.along.unit)
@@ -260,7 +261,6 @@ class CaptureProbability(EnsembleStudy):
         state_target(a, prepared, done, self.probability)
         state_runs(a, prepared, done, cross)
         warn(a, prepared, done, cross)
-        return a
 
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw the probability with its band, and the indices, if computed."""
