@@ -68,7 +68,7 @@ def _linked(entries: Sequence[Entry], up: str) -> list[str]:
 
 
 def _study(study: Study, entries: Sequence[Entry]) -> str:
-    spec = study.spec
+    spec = study.study
     lines = [f"# {study.kind}", "", *_prose(spec), ""]
     lines += [f"In Python `wucht.{spec.__name__}(...)`. " + (_TILED if spec.tiled else ""), ""]
     lines += ["```sh", f"wucht new {study.kind} my-{study.kind}.toml", f"wucht run my-{study.kind}.toml", "```", ""]

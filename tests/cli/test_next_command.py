@@ -13,7 +13,7 @@ import pytest
 from wucht.cli.next_command import next_command
 from wucht.cli.options import parse_settings
 from wucht.studies.next_question import NextQuestion
-from wucht.studies.registry import studies, study_of
+from wucht.studies.registry import studies
 from wucht.studies.spec import Spec
 from wucht.studies.study_file import read_study
 
@@ -45,7 +45,7 @@ def test_every_proposed_question_is_accepted_for_a_file_of_its_study(kind: str, 
     assert settings is not None
     following = read_study(name, parse_settings([f"{key}={value}" for key, value in settings.items()]))
     assert following.spec.kind == settings.get("study.kind", kind)
-    study_of(following.spec.kind).prepare(following.spec, following.subject)
+    following.spec.prepare(following.subject)
 
 
 def test_every_study_proposes_something_but_those_whose_answers_lead_to_no_other_one() -> None:

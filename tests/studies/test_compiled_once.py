@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
 from wucht.studies.registry import study_of
 from wucht.studies.runner import run
@@ -30,7 +29,7 @@ QUESTIONS: dict[str, tuple[str, dict[str, Any], dict[str, float]]] = {
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n == "start-stop" else n for n in QUESTIONS])
 def test_nothing_symbolic_in_a_second_run(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     file, keys, values = QUESTIONS[name]
-    spec = study_of(name.split(" ", maxsplit=1)[0]).spec(**keys)
+    spec = study_of(name.split(" ", maxsplit=1)[0]).study(**keys)
     first = run(spec, load_machine(file))
 
     def symbolic(*_: Any, **__: Any) -> None:
@@ -44,10 +43,3 @@ def test_nothing_symbolic_in_a_second_run(name: str, monkeypatch: pytest.MonkeyP
     if values:
         other = run(spec, load_machine(file).with_values(values))
         assert other.wucht.summary != first.wucht.summary
-
-
-def test_a_verdict_without_the_dataset() -> None:
-    study, machine = study_of("run-up"), load_machine("drozdetskaya-2020/r1")
-    plan = study.prepare(study.spec(until=20.0, start=START), machine)
-    *_, findings = study.run(plan, Work())
-    assert findings.motions[0][0].verdict.outcome == "captured-modulated"

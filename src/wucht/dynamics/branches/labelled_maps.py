@@ -224,7 +224,7 @@ def map_of_endings(case: EndingMapCase, findings: EndingFindings, motion: str = 
         areas=areas, labels=tuple(k if k == NOT_DECIDED else _ending(k, motion) for k in kinds), tones=tones,
         hatches=tuple(int(t == 1) for t in tones),
         contradictions=tuple(MapPlace(x, y, _ending(k, motion)) for x, y, k in contradictions),
-        omissions=(*findings.omissions, *_unexplained(case, findings, motion)), complete=findings.complete,
+        omissions=(*findings.omissions, *_change_sentences(case, findings, motion)), complete=findings.complete,
     )  # fmt: skip
 
 
@@ -233,14 +233,14 @@ def _ending(kind: str, motion: str) -> str:
     return f"no {motion} begins" if kind == NO_MOTION else _ENDINGS.get(kind, _UNKNOWN)
 
 
-def _unexplained(case: EndingMapCase, findings: EndingFindings, motion: str) -> list[str]:
+def _change_sentences(case: EndingMapCase, findings: EndingFindings, motion: str) -> list[str]:
     """Return a sentence on neighbouring places that differ, with no curve between them."""
     if not findings.complete or not (pairs := unexplained_changes(case, findings)):
         return []
-    (first, second), (_, along, other) = pairs[0], case.plane.paths
+    (first, second), (_, along, across) = pairs[0], case.plane.paths
     return [
         f"between {len(pairs)} pairs of neighbouring places that differ no curve was found, such as "
-        f"{along} = {first.x:.4g}, {other} = {first.y:.4g} "
+        f"{along} = {first.x:.4g}, {across} = {first.y:.4g} "
         f"({_ending(first.kind, motion)}) and {second.x:.4g}, {second.y:.4g} ({_ending(second.kind, motion)})"
     ]
 

@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -26,9 +26,6 @@ from wucht.studies.activation.activation_runs import (
 )
 from wucht.studies.answer import Answer
 
-if TYPE_CHECKING:
-    from wucht.studies.activation.study import Activation
-
 _RESIDUAL_LIMIT = 1e-6  # a larger energy residual is reported as a warning
 _AXES = ("activation_speed", "orientation")
 Cell = tuple[str, int, int, int]  # variant, and the indices of activation speed, orientation and phase, -1 without one
@@ -36,18 +33,18 @@ Group = dict[str, Any]
 Switchings = Sequence[tuple[Switching, ...]]  # of each pendulum, at each activation speed
 
 
-def fill_answer(
-    question: Activation, machine: Machine, prepared: tuple[Sequence[ActivationCase], Switchings],
+def state_activation(
+    question: Any, machine: Machine, prepared: tuple[Sequence[ActivationCase], Switchings],
     runs: Sequence[ActivationRun], a: Answer,
 ) -> None:  # fmt: skip
     """State the runs so far, with NaN where one is missing."""
     cases, switchings = prepared
     results = {case.cell: run for case, run in zip(cases, runs, strict=False)}
     bare_run = results.get((NO_PENDULUMS, -1, -1, -1))
-    speeds, own_speed = [s[0].opening for s in switchings], switching(machine, switchable(machine)[0]).opening
+    speeds, present_opening = [s[0].opening for s in switchings], switching(machine, switchable(machine)[0]).opening
     groups = {
         SWITCHABLE: _groups(question, results, SWITCHABLE, speeds),
-        BALANCED_VARIANT: _groups(question, results, BALANCED_VARIANT, [own_speed]),
+        BALANCED_VARIANT: _groups(question, results, BALANCED_VARIANT, [present_opening]),
         RIGID: _groups(question, results, RIGID, [None]),
     }
     worst = max((run.energy_residual for run in runs), default=None)
@@ -106,7 +103,7 @@ def _words(a: Answer, machine: Machine) -> dict[str, tuple[str, str]]:
 
 
 def _state_runs(
-    a: Answer, question: Activation, machine: Machine, results: dict[Cell, ActivationRun], speeds: Sequence[float]
+    a: Answer, question: Any, machine: Machine, results: dict[Cell, ActivationRun], speeds: Sequence[float]
 ) -> None:
     """State each run at its activation speed, orientation and phase."""
     length, every, words = machine.orbit_unit, "activation_speed orientation phase", _words(a, machine)
@@ -134,7 +131,7 @@ def _state_runs(
     a.curve("rigid_peak", rigid_peak, "largest amplitude, rigid pendulums", length, at)
 
 
-def _state_curves(a: Answer, question: Activation, machine: Machine, results: dict[Cell, ActivationRun]) -> None:
+def _state_curves(a: Answer, question: Any, machine: Machine, results: dict[Cell, ActivationRun]) -> None:
     """State curves without pendulums, and of the first phase of each orientation at the first activation speed."""
     curves = {"without pendulums": results[NO_PENDULUMS, -1, -1, -1].curve} if (NO_PENDULUMS, -1, -1, -1) in results else {}
     for of, i in ((SWITCHABLE, 0), (BALANCED_VARIANT, -1), (RIGID, -1)):
@@ -182,7 +179,7 @@ def _best_group(groups: list[Group]) -> Group | None:
     }  # fmt: skip
 
 
-def _groups(question: Activation, results: dict[Cell, ActivationRun], of: str, openings: Sequence[float | None]) -> list[Group]:
+def _groups(question: Any, results: dict[Cell, ActivationRun], of: str, openings: Sequence[float | None]) -> list[Group]:
     """Return the groups of a variant, for each activation speed and orientation with completed runs."""
     groups = list[Group]()
     for i, opening in enumerate(openings):

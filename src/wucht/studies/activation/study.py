@@ -32,7 +32,7 @@ from wucht.studies.activation.activation_runs import (
     ActivationCase,
     activation_runs,
 )
-from wucht.studies.activation.answer import fill_answer
+from wucht.studies.activation.answer import state_activation
 from wucht.studies.activation.figure import figure
 from wucht.studies.answer import Answer
 from wucht.studies.key_types import DEFAULT_TOLERANCE, Engine, Start, Tolerance, Whole
@@ -154,10 +154,10 @@ class Activation(Study):
     def solve(self, machine: Machine, prepared: Prepared, work: Work) -> Iterator[Answer]:
         """Compute the runs, each of which is a unit of work."""
         cases, _ = prepared
-        yield Answer(machine.units, partial(fill_answer, self, machine, prepared, ()))
+        yield Answer(machine.units, partial(state_activation, self, machine, prepared, ()))
         names = tuple(p.name for p in switchable(machine))
         for runs in runs_in_turn(cases, partial(activation_runs, names), work, "run"):
-            yield Answer(machine.units, partial(fill_answer, self, machine, prepared, runs))
+            yield Answer(machine.units, partial(state_activation, self, machine, prepared, runs))
 
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw two panels, or one for a single orientation and activation speed."""

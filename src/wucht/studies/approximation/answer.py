@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +15,6 @@ from wucht.dynamics.scenarios.order_of_error import Errors
 from wucht.machines.machine import Machine
 from wucht.results.formatting import unit_in_print, value_in_words
 from wucht.studies.answer import Answer
-
-if TYPE_CHECKING:
-    from wucht.studies.approximation.study import Approximation
 
 SPEED_TOLERANCE = 0.05  # of the largest speed up to until_phi: a larger deviation is not small
 AMPLITUDE_TOLERANCE = (
@@ -32,8 +29,8 @@ _ANSWERS = {
 }
 
 
-def fill_answer(
-    question: Approximation, machine: Machine, count: int, comparisons: Sequence[ModelComparison],
+def state_approximation(
+    question: Any, machine: Machine, count: int, comparisons: Sequence[ModelComparison],
     order: Errors | str | None, a: Answer,
 ) -> None:  # fmt: skip
     """State the comparisons so far, that of the nominal machine first of them.
@@ -42,9 +39,9 @@ def fill_answer(
     are not measured.
     """
     name, unit = _parameter_words(question, machine)
-    measured = order if isinstance(order, Errors) else None
-    _state_deviations(a, question, machine, comparisons, measured)
-    _state_summary(a, question, machine, comparisons, measured)
+    error_law = order if isinstance(order, Errors) else None
+    _state_deviations(a, question, machine, comparisons, error_law)
+    _state_summary(a, question, machine, comparisons, error_law)
     is_trusted, reasons = _trust_verdict(machine, comparisons, order)
     a.number("trusted", is_trusted, "whether the averaged equations may be trusted")
     a.number("reasons", reasons, "reasons against it")
@@ -65,7 +62,7 @@ def fill_answer(
         a.attribute(nominal=machine.values[along[0]] if len(along) == 1 else 1.0)
 
 
-def _parameter_words(question: Approximation, machine: Machine) -> tuple[str, str]:
+def _parameter_words(question: Any, machine: Machine) -> tuple[str, str]:
     """The varied parameter in words, and its unit."""
     along = question.along
     if len(along) == 1:
@@ -90,7 +87,7 @@ def _comparison_parts(a: Answer, machine: Machine) -> dict[str, tuple[str, str]]
 
 
 def _state_deviations(
-    a: Answer, question: Approximation, machine: Machine, of_cases: Sequence[ModelComparison], measured: Errors | None
+    a: Answer, question: Any, machine: Machine, of_cases: Sequence[ModelComparison], error_law: Errors | None
 ) -> None:
     """State deviations up to ``until_phi``, the nominal machine last, at the value NaN; and the error at each factor."""
     comparisons, bodies, parts = [*of_cases[1:], *of_cases[:1]], _compared_bodies(machine), _comparison_parts(a, machine)
@@ -98,7 +95,7 @@ def _state_deviations(
     largest, relative = np.array([(c.largest, c.relative) for c in comparisons]).reshape(-1, 2, 2).transpose(1, 2, 0)
     a.curve("value", [c.value for c in comparisons], *_parameter_words(question, machine))
     a.curve("angle", angles_at_curves(question.until_phi), "angle of the rotor", "rad")
-    a.curve("factor", [] if measured is None else measured.factors, "factor of epsilon")
+    a.curve("factor", [] if error_law is None else error_law.factors, "factor of epsilon")
     a.curve("speed_deviation", largest[0], *parts["speed"], "value")
     a.curve("amplitude_deviation", largest[1], *parts["amplitude"], "value")
     a.curve("relative_speed_deviation", relative[0], f"relative deviation of the speed of {bodies}", "", "value")
@@ -110,11 +107,11 @@ def _state_deviations(
     a.curve("failed", [c.failure for c in comparisons], "reason why a run failed", "", "value")
     a.curve("speed_over_angle", curves[:, 0], f"deviation of the speed of {bodies}", "speed", "value angle")
     a.curve("amplitude_over_angle", curves[:, 1], "deviation of the amplitude", machine.orbit_unit, "value angle")
-    a.curve("error", [] if measured is None else measured.speed, f"error of the speed of {bodies}", "speed", "factor")
+    a.curve("error", [] if error_law is None else error_law.speed, f"error of the speed of {bodies}", "speed", "factor")
 
 
 def _state_summary(
-    a: Answer, question: Approximation, machine: Machine, comparisons: Sequence[ModelComparison], measured: Errors | None
+    a: Answer, question: Any, machine: Machine, comparisons: Sequence[ModelComparison], error_law: Errors | None
 ) -> None:
     """State the largest deviations, with a line for each value, and the order of the error."""
     along, (name, unit), parts = question.along, _parameter_words(question, machine), _comparison_parts(a, machine)
@@ -122,11 +119,11 @@ def _state_summary(
     a.number("own", _record(nominal[0]) if nominal else None, "largest deviations of the nominal machine", parts=parts)
     if nominal:
         a.line("this machine", _comparison_text(nominal[0], bodies), at="own")
-    errors = measured and dict(zip(map(str, measured.factors), measured.speed, strict=True))
+    errors = error_law and dict(zip(map(str, error_law.factors), error_law.speed, strict=True))
     a.number("errors", errors, "errors of the averaged equations by factor of epsilon", "speed")
-    order, what = measured and measured.order, "power of epsilon with which the error falls"
+    order, what = error_law and error_law.order, "power of epsilon with which the error falls"
     a.number("order_of_error", order, what, headline=True)
-    a.number("nominal_order", measured and measured.nominal, "power of epsilon with which the error should fall")
+    a.number("nominal_order", error_law and error_law.nominal, "power of epsilon with which the error should fall")
     a.line("order", "the error falls with epsilon to the power {order_of_error:.2f}")
     key, printed_unit, parameter = "factor", "", f"factor of {' and '.join(along)}"
     if len(along) == 1:

@@ -22,7 +22,7 @@ from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
 from wucht.schema import SI, Composite, Unit, composite, read_quantity, si
 from wucht.studies.answer import Answer
-from wucht.studies.approximation.answer import fill_answer
+from wucht.studies.approximation.answer import state_approximation
 from wucht.studies.approximation.figure import figure
 from wucht.studies.key_types import DEFAULT_TOLERANCE, Engine, Inertia, Order, Pair, Start, Tolerance, Values, Whole
 from wucht.studies.next_question import NextQuestion
@@ -143,7 +143,7 @@ class Approximation(Study):
 
     def solve(self, machine: Machine, cases: tuple[ValueCase, ...], work: Work) -> Iterator[Answer]:
         """Compare the models at each value, then measure the error."""
-        fill, order_share = partial(fill_answer, self, machine, len(cases) - 1), 1 / (len(cases) + 1)
+        fill, order_share = partial(state_approximation, self, machine, len(cases) - 1), 1 / (len(cases) + 1)
         yield Answer(machine.units, partial(fill, (), None))
         for comparisons in runs_in_turn(cases, self._compare, work.part("", 0.0, 1 - order_share), "comparison"):
             yield Answer(machine.units, partial(fill, comparisons, None))

@@ -53,7 +53,7 @@ def state_speeds(a: Answer, along: Parameter, second: Parameter | None, case: Br
     tables.state_branches(a, along, second, case, findings.branches)
     tables.state_special_points(a, along, second, case, special_points)
     lines = tables.state_nominal_states(a, along, case, findings)
-    tables.state_curves(a, along, second, case, findings.curves)
+    tables.state_special_curves(a, along, second, case, findings.curves)
     for heading, text, at in lines:
         a.line(heading, text, at=at)
     a.curve("state_name", list(steady_states.names), "state of the equations", "", "state", coordinate=True)

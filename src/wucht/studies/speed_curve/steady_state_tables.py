@@ -247,7 +247,7 @@ def _exponents_by_angle(labels: Labels, exponents: np.ndarray, speed: float) -> 
     return [[float(e.real) / abs(speed), float(e.imag) / abs(speed)] for e in exponents]
 
 
-def state_curves(
+def state_special_curves(
     a: Answer, along: Parameter, second: Parameter | None, case: BranchCase, curves: Sequence[BifurcationCurve]
 ) -> None:
     """State the curves of folds and Hopf points in two parameters, with the points where a second condition holds."""
