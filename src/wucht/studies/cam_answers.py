@@ -45,7 +45,7 @@ def state_motion(a: Answer, name: str, derivatives: Iterable[Any], what: str, un
         )
 
 
-def state_curves(
+def state_cam_curves(
     a: Answer, names: Sequence[str], rows: Callable[[Callable[[CamCurves], np.ndarray]], np.ndarray], over: str
 ) -> None:
     """State curves of cams, in the plane that turns with them.

@@ -1,6 +1,7 @@
 """The verdict of cam-prediction: shafts that stand, simulations that differ or do not end, shafts that twist."""
 
 import math
+import re
 
 import pytest
 from tests.refusals import refused
@@ -103,13 +104,10 @@ def test_a_simulation_that_would_not_end_is_given_up_and_says_so():
     stiff = drive(drive={"kind": "linear", "slope": 5e6, "no_load_speed": OMEGA})
     result = wucht.run(wucht.CamPrediction(cuts=0, simulate=20, points=36), stiff)
     s = result.wucht.summary
-    fails = [
-        f"the simulation with the {cam} cam fails in turn 1 of 20: a turn takes more than" for cam in ("original", "corrected")
-    ]
-    assert [said[: len(one)] for said, one in zip(result.wucht.warnings, fails, strict=True)] == fails
-    assert (
-        s["verdict"] == "clean" and s["simulation"]["corrected"]["deviation"] is None is s["simulation"]["corrected"]["above"]
-    )
+    for said, cam in zip(result.wucht.warnings, ("original", "corrected"), strict=True):
+        assert re.fullmatch(rf"the simulation with the {cam} cam fails in turn \d of 20: a turn takes more than 50000 .*", said)
+    corrected = s["simulation"]["corrected"]
+    assert s["verdict"] == "clean" and corrected["deviation"] is None is corrected["above"]
     assert any("20 turns with the corrected cam: it fails" in line for line in wucht.report(result))
     assert (result.simulated_speed.isnull()).all() and wucht.draw(result)
 

@@ -25,7 +25,7 @@ from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
-from wucht.studies.cam_answers import state_curves, state_motion
+from wucht.studies.cam_answers import state_cam_curves, state_motion
 from wucht.studies.cam_contour import answer
 from wucht.studies.cam_contour.contact_load import Contact
 from wucht.studies.cam_contour.export import write_workshop
@@ -173,7 +173,7 @@ class CamContour(Study):
         curves = [CamCurves.of(cam, angles) for cam in cams.cams.values()]
         a.curve("cam", list(cams.cams), "cam")
         a.curve("cam_angle", angles, "cam angle", "rad")
-        state_curves(a, _CURVES, lambda get_curve: np.array([get_curve(one) for one in curves]), "cam cam_angle")
+        state_cam_curves(a, _CURVES, lambda get_curve: np.array([get_curve(one) for one in curves]), "cam cam_angle")
         work.report(0.3, "points to mill")
         points = mill_points(cams.cams, self.chord_tolerance, self.spacing) if is_whole else {}
         for name, of_cam in points.items():

@@ -23,8 +23,8 @@ from wucht.studies.answer import Answer
 from wucht.studies.cam_answers import (
     angle_text,
     length_text,
+    state_cam_curves,
     state_common_pressure_angle,
-    state_curves,
     state_rollers,
 )
 from wucht.studies.cam_correction.record_answer import pad_orders, percent_text, residual_of_all
@@ -217,7 +217,7 @@ def state_contours(
         rows = [[get_size(contour.shape) for contour in contours] for contours in versions]
         return np.array(rows, float).reshape(len(versions), len(cams))
 
-    state_curves(a, _CURVES, curves, "version cam cam_angle")
+    state_cam_curves(a, _CURVES, curves, "version cam cam_angle")
     distance = np.array([contour.displacement for contour in after.values()]).reshape(len(cams), point_count)
     a.curve("moved", distance, "corrected contour, outwards", "m", "cam cam_angle")
     for name, what, get_size in _SIZES:
