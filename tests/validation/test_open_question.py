@@ -20,7 +20,6 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import brentq, fsolve
-from wucht.studies.stability_map.computation import EndingPlan, prepare
 
 from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.sections import section_of
@@ -118,9 +117,9 @@ def test_the_point_where_they_meet_by_integration() -> None:
 def _case() -> EndingMapCase:
     study = read_study("drozdetskaya-2020/how-the-rotating-orbit-disappears")
     assert isinstance(study.spec, StabilityMap)
-    plan = prepare(study.spec, study.subject)
-    assert isinstance(plan, EndingPlan)
-    return plan.case
+    _, case = study.spec.prepare(study.subject)
+    assert isinstance(case, EndingMapCase)
+    return case
 
 
 def _ending(beta_r: float, sigma: float) -> OrbitEnding:

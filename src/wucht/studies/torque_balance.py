@@ -105,10 +105,11 @@ class TorqueBalance(Study):
         watch = partial(work.report, 0.0, "working points")
         watch()
         operating = work.unit("search", partial(OperatingPoints.of, steady, curves, speeds, watch))
-        yield _answer(machine, steady, curves, operating)
+        fill = partial(_state_balance, machine=machine, steady=steady, curves=curves, operating=operating)
+        yield Answer(machine.units, fill)
         if (states := operating.stable_states(machine)) and steady.is_free:
             from_rest = FromRest.of(machine, curves[0].rotor.name, states, work)
-            yield _answer(machine, steady, curves, operating, from_rest)
+            yield Answer(machine.units, partial(fill, from_rest=from_rest))
 
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw the torques over the speed, and the working points."""
@@ -126,15 +127,16 @@ class TorqueBalance(Study):
         return fig
 
 
-def _answer(
+def _state_balance(
+    a: Answer,
     machine: Machine,
     steady: SteadyPhases,
     curves: Sequence[TorqueCurves],
     operating: OperatingPoints,
     from_rest: FromRest | None = None,
-) -> Answer:
+) -> None:
     """machine: with its schedules, as it starts. from_rest: ends of run-ups from rest, where a state can be reached."""
-    a, rotor = Answer(machine.units), curves[0].rotor.name
+    rotor = curves[0].rotor.name
     is_reached: list[bool | None] = [None] * len(operating.points)
     in_words, not_started = "", not_started_statement(machine)
     if from_rest is not None:
@@ -160,7 +162,6 @@ def _answer(
     a.add(from_rest_quantities(from_rest, machine.units))
     _state_points(a, operating, is_reached, in_steady_phases=steady.torques is not None)
     _state_machine(a, steady, curves[0])
-    return a
 
 
 def _count_in_words(steady: SteadyPhases, curves: Sequence[TorqueCurves], operating: OperatingPoints) -> str:

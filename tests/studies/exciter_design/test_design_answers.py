@@ -162,8 +162,8 @@ def test_the_lines_of_a_design(result: xr.Dataset) -> None:
         f"  search       8 candidates with the averaged equations: {s['motions']['modulated']} modulated, "
         f"{s['motions']['steady']} steady",
         f"  reach        {100 * reach['modulated']:.0f} % of the points beat; largest amplitudes "
-        f"{1e3 * reach['upper'][0]:.4g} mm to {1e3 * reach['upper'][1]:.4g} mm, "
-        f"the smallest {reach['ratio'][0]:.2f} to {reach['ratio'][1]:.2f} of it",
+        f"{1e3 * reach['upper'][0]:.4g} mm to {1e3 * reach['upper'][1]:.4g} mm, the smallest {reach['ratio'][0]:.2f} to "
+        f"{reach['ratio'][1]:.2f} of it",
         f"  design       p1.mass = {s['parameters']['p1.mass']:.5g} kg",
         f"  beat         {s['beat']:.4g} s, {s['cycles_per_beat']:.3g} cycles; all cycles of the target take "
         f"{s['duration']:.4g} s ({s['duration'] / 3600:.4g} h)",
@@ -227,8 +227,9 @@ def test_the_figure(result: xr.Dataset) -> None:
 
 
 def test_a_design_at_the_end_of_its_range() -> None:
+    """Or beyond it: the exciter as it is is better than all of the range."""
     result = designed(vary={"p1.mass": ["1.2 kg", "3 kg"]}, polish=12, corrections=0, beats=8)
-    assert result.wucht.summary["parameters"]["p1.mass"] == pytest.approx(1.2, rel=1e-3)
+    assert result.wucht.summary["parameters"]["p1.mass"] == result.wucht.summary["as_it_is"]["p1.mass"] < 1.2
     assert "p1.mass lies at an end of the range: a wider one may do better" in result.wucht.warnings
 
 
@@ -237,8 +238,8 @@ def test_a_candidate_that_does_not_beat_in_the_full_equations() -> None:
     result = designed(vary={"p1.mass": ["1.5 kg", "3 kg"]})
     assert result.wucht.warnings == [
         "1 of 1 candidates do not beat in the full equations: unidentified",
-        "no candidate beats: 8 modulated; try other ranges, a pendulum whose unbalance is not that of the rotor, "
-        "or a weaker motor",
+        "no candidate beats: 8 modulated; try other ranges, a pendulum whose unbalance is not that of the rotor, or a weaker "
+        "motor",
     ]
     assert result.wucht.summary["distance"] is None and result.run_beats.values.tolist() == [0]
 

@@ -8,11 +8,8 @@ import numpy as np
 import pytest
 import sympy as sp
 from tests.refusals import Refusal, refused
-from wucht.studies.stability_map.computation import state_label
-from wucht.studies.stability_map.map_parts import curves_by_name
 
 import wucht
-from wucht.dynamics.branches.plane_regions import PlaneCurve
 from wucht.errors import RunError
 from wucht.files.building import machine_from
 from wucht.numerics.continuation.fold_curves import FoldPairs
@@ -97,10 +94,21 @@ def test_the_region_of_a_place_is_read_by_its_coordinates(cusp: Any) -> None:
 
 
 def test_it_is_drawn_and_told(cusp: Any) -> None:
-    assert draw(cusp).axes[0].get_xlabel() == "p"
+    """Each region's hatch and name, the boundary as it is stored, and the point where it turns."""
+    axis = draw(cusp).axes[0]
+    assert (axis.get_xlabel(), axis.get_ylabel()) == ("p", "r")
+    assert (axis.get_xlim(), axis.get_ylim()) == ((-2.0, 2.0), (-1.0, 2.0))
+    np.testing.assert_array_equal(np.array(axis.lines[0].get_data()), [cusp.boundary_x, cusp.boundary_y])
+    assert [patch.get_hatch() for patch in axis.get_legend().get_patches()] == ["///", "..."]
+    assert {" ".join(text.get_text().split()) for text in axis.texts} == {"2 stable states", "one stable state"}
     lines = report(cusp)
     assert any("cusp: p =" in line for line in lines)
     assert any(line.endswith("agree with the boundaries") for line in lines)
+
+
+def test_a_map_has_by_default_twelve_rows_of_states() -> None:
+    _, case = StabilityMap(**PLANE, orbits=False, ranges={"x": [-2.0, 2.0]}).prepare(CUSP)
+    assert case.cells == 12
 
 
 @pytest.mark.parametrize(
@@ -113,6 +121,10 @@ def test_it_is_drawn_and_told(cusp: Any) -> None:
         ({"eliminate": "s"}, refused("study.eliminate_range", given=None, code="missing")),
         ({"eliminate": "r", "eliminate_range": [0, 1]}, refused("study.eliminate", given="r")),
         ({"eliminate": "s", "eliminate_range": [0, 1], "orbits": False}, refused("study.orbits", given=False)),
+        (
+            {"eliminate": "t", "eliminate_range": [0, 1], "orbits": True},
+            refused("study.eliminate", given="t", code="unknown-parameter"),
+        ),
         ({"together": True, "orbits": True}, refused("study.together", given=True, code="machine-only")),
         ({"ranges": None}, refused("study.ranges", given=None, code="missing")),
     ],
@@ -255,15 +267,6 @@ def test_interrupted_maps_are_kept() -> None:
     assert not result.attrs["finished"]
     assert "the map is not finished" in result.attrs["warnings"]
     draw(result)
-
-
-def test_small_parts() -> None:
-    curves = [PlaneCurve(kind, np.empty(0), np.empty(0)) for kind in ("fold", "hopf", "fold")]
-    assert curves_by_name(curves) == dict(zip(("fold", "hopf", "fold (2)"), curves, strict=True))
-    assert state_label(["together"], 2, True) == "together, modulated motion stable"
-    assert state_label([], 1, True, "periodic orbit") == "periodic orbit unstable"
-    assert state_label([], 0, True) == "nothing else"
-    assert state_label([], 0, False) == "no other steady state"
 
 
 # Folds at p = -r (x = -2) and at p = r (x = 2): both coincide at (0, 0).

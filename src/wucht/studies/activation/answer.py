@@ -34,18 +34,18 @@ Switchings = Sequence[tuple[Switching, ...]]  # of each pendulum, at each activa
 
 
 def state_activation(
-    question: Any, machine: Machine, prepared: tuple[Sequence[ActivationCase], Switchings],
-    runs: Sequence[ActivationRun], a: Answer,
+    machine: Machine, orientations: Sequence[float], phases: Sequence[float],
+    prepared: tuple[Sequence[ActivationCase], Switchings], runs: Sequence[ActivationRun], a: Answer,
 ) -> None:  # fmt: skip
-    """State the runs so far, with NaN where one is missing."""
+    """State the runs so far, with NaN where one is missing. orientations, phases: of the pendulums at the start."""
     cases, switchings = prepared
     results = {case.cell: run for case, run in zip(cases, runs, strict=False)}
     bare_run = results.get((NO_PENDULUMS, -1, -1, -1))
-    speeds, present_opening = [s[0].opening for s in switchings], switching(machine, switchable(machine)[0]).opening
+    speeds, machine_speed = [s[0].opening for s in switchings], switching(machine, switchable(machine)[0]).opening
     groups = {
-        SWITCHABLE: _groups(question, results, SWITCHABLE, speeds),
-        BALANCED_VARIANT: _groups(question, results, BALANCED_VARIANT, [present_opening]),
-        RIGID: _groups(question, results, RIGID, [None]),
+        SWITCHABLE: _groups(orientations, len(phases), results, SWITCHABLE, speeds),
+        BALANCED_VARIANT: _groups(orientations, len(phases), results, BALANCED_VARIANT, [machine_speed]),
+        RIGID: _groups(orientations, len(phases), results, RIGID, [None]),
     }
     worst = max((run.energy_residual for run in runs), default=None)
     _state_groups(a, machine, groups, bare_run)
@@ -53,11 +53,11 @@ def state_activation(
     a.number("natural_frequencies", natural_frequencies(machine), "natural frequencies by mode", "speed")
     a.number("energy_residual", worst, "largest energy residual")
     a.number("runs", len(results), "number of completed runs")
-    _state_runs(a, question, machine, results, speeds)
+    _state_runs(a, machine, results, speeds, orientations, phases)
     peak = bare_run and bare_run.peak
     a.curve("none_peak", peak, "largest amplitude without pendulums", machine.orbit_unit, "")
     a.line("none", "{none.peak_amplitude} at {none.peak_speed}")
-    _state_curves(a, question, machine, results)
+    _state_curves(a, machine, results, orientations)
     for of in (RIGID, BALANCED_VARIANT, SWITCHABLE):
         for k, group in enumerate(groups[of]):
             after = "" if of == RIGID else ", none opens"
@@ -103,22 +103,23 @@ def _words(a: Answer, machine: Machine) -> dict[str, tuple[str, str]]:
 
 
 def _state_runs(
-    a: Answer, question: Any, machine: Machine, results: dict[Cell, ActivationRun], speeds: Sequence[float]
-) -> None:
+    a: Answer, machine: Machine, results: dict[Cell, ActivationRun],
+    speeds: Sequence[float], orientations: Sequence[float], phases: Sequence[float],
+) -> None:  # fmt: skip
     """State each run at its activation speed, orientation and phase."""
     length, every, words = machine.orbit_unit, "activation_speed orientation phase", _words(a, machine)
 
     def run_array(reading: Callable[[ActivationRun], Any], of: str = SWITCHABLE, kind: type | str = float) -> np.ndarray:
         """Array of a reading of each run (speeds, orientations, phases)."""
-        shape = len(speeds) if of == SWITCHABLE else 1, len(question.orientations), question.phases
+        shape = len(speeds) if of == SWITCHABLE else 1, len(orientations), len(phases)
         values = np.full(shape, math.nan if kind is float else "", kind)
         for (_, i, j, k), run in ((cell, run) for cell, run in results.items() if cell[0] == of):
             values[max(i, 0), j, k] = reading(run)
         return values
 
     a.curve("activation_speed", list(speeds), *words["activation_speed"])
-    a.curve("orientation", list(question.orientations), *words["orientation"])
-    a.curve("phase", list(question.mean_phases), "mean phase at the start", "rad")
+    a.curve("orientation", list(orientations), *words["orientation"])
+    a.curve("phase", list(phases), "mean phase at the start", "rad")
     for name in ("peak", "peak_before", "peak_after", "final_amplitude", "energy_residual"):
         a.curve(name, run_array(attrgetter(name)), *words[name], every)
     a.curve("opened_at", run_array(lambda run: np.mean(run.opened_at)), *words["opened_at"], every)
@@ -131,11 +132,11 @@ def _state_runs(
     a.curve("rigid_peak", rigid_peak, "largest amplitude, rigid pendulums", length, at)
 
 
-def _state_curves(a: Answer, question: Any, machine: Machine, results: dict[Cell, ActivationRun]) -> None:
+def _state_curves(a: Answer, machine: Machine, results: dict[Cell, ActivationRun], orientations: Sequence[float]) -> None:
     """State curves without pendulums, and of the first phase of each orientation at the first activation speed."""
     curves = {"without pendulums": results[NO_PENDULUMS, -1, -1, -1].curve} if (NO_PENDULUMS, -1, -1, -1) in results else {}
     for of, i in ((SWITCHABLE, 0), (BALANCED_VARIANT, -1), (RIGID, -1)):
-        for j, angle in enumerate(question.orientations):
+        for j, angle in enumerate(orientations):
             if (of, i, j, 0) in results:
                 curves[f"{of}, {math.degrees(angle):.4g}\u00b0"] = results[of, i, j, 0].curve
     values = np.array([*curves.values()]).reshape(len(curves), 2, CURVE)
@@ -179,12 +180,14 @@ def _best_group(groups: list[Group]) -> Group | None:
     }  # fmt: skip
 
 
-def _groups(question: Any, results: dict[Cell, ActivationRun], of: str, openings: Sequence[float | None]) -> list[Group]:
-    """Return the groups of a variant, for each activation speed and orientation with completed runs."""
+def _groups(
+    orientations: Sequence[float], count: int, results: dict[Cell, ActivationRun], of: str, openings: Sequence[float | None]
+) -> list[Group]:
+    """Return the groups of a variant, for each activation speed and orientation with completed runs. count: of phases."""
     groups = list[Group]()
     for i, opening in enumerate(openings):
-        for j, orientation in enumerate(question.orientations):
-            cells = [(of, i if of == SWITCHABLE else -1, j, k) for k in range(question.phases)]
+        for j, orientation in enumerate(orientations):
+            cells = [(of, i if of == SWITCHABLE else -1, j, k) for k in range(count)]
             if runs := [results[cell] for cell in cells if cell in results]:
                 groups.append(_group(runs, orientation, opening))
     return groups

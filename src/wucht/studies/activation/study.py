@@ -154,10 +154,11 @@ class Activation(Study):
     def solve(self, machine: Machine, prepared: Prepared, work: Work) -> Iterator[Answer]:
         """Compute the runs, each of which is a unit of work."""
         cases, _ = prepared
-        yield Answer(machine.units, partial(state_activation, self, machine, prepared, ()))
+        fill = partial(state_activation, machine, self.orientations, self.mean_phases, prepared)
+        yield Answer(machine.units, partial(fill, ()))
         names = tuple(p.name for p in switchable(machine))
         for runs in runs_in_turn(cases, partial(activation_runs, names), work, "run"):
-            yield Answer(machine.units, partial(state_activation, self, machine, prepared, runs))
+            yield Answer(machine.units, partial(fill, runs))
 
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw two panels, or one for a single orientation and activation speed."""

@@ -30,18 +30,18 @@ _ANSWERS = {
 
 
 def state_approximation(
-    question: Any, machine: Machine, count: int, comparisons: Sequence[ModelComparison],
+    machine: Machine, along: Sequence[str], until_phi: float, count: int, comparisons: Sequence[ModelComparison],
     order: Errors | str | None, a: Answer,
 ) -> None:  # fmt: skip
     """State the comparisons so far, that of the nominal machine first of them.
 
-    count: of values of the parameter. order: the errors over epsilon, the reason why they are not known, None as long as they
-    are not measured.
+    along, until_phi: keys of the study. count: of values of the parameter. order: the errors over epsilon, the reason why they
+    are not known, None as long as they are not measured.
     """
-    name, unit = _parameter_words(question, machine)
-    error_law = order if isinstance(order, Errors) else None
-    _state_deviations(a, question, machine, comparisons, error_law)
-    _state_summary(a, question, machine, comparisons, error_law)
+    name, unit = _parameter_words(machine, along)
+    errors = order if isinstance(order, Errors) else None
+    _state_deviations(a, machine, along, until_phi, comparisons, errors)
+    _state_summary(a, machine, along, until_phi, comparisons, errors)
     is_trusted, reasons = _trust_verdict(machine, comparisons, order)
     a.number("trusted", is_trusted, "whether the averaged equations may be trusted")
     a.number("reasons", reasons, "reasons against it")
@@ -58,13 +58,12 @@ def state_approximation(
     if order is None:
         a.warn(f"{max(len(comparisons) - 1, 0)} of {count} values are compared")
     a.attribute(trusted_speed=SPEED_TOLERANCE, trusted_amplitude=AMPLITUDE_TOLERANCE)
-    if along := question.along:
+    if along:
         a.attribute(nominal=machine.values[along[0]] if len(along) == 1 else 1.0)
 
 
-def _parameter_words(question: Any, machine: Machine) -> tuple[str, str]:
+def _parameter_words(machine: Machine, along: Sequence[str]) -> tuple[str, str]:
     """The varied parameter in words, and its unit."""
-    along = question.along
     if len(along) == 1:
         return machine.parameters[along[0]].sentence_name, machine.parameters[along[0]].unit
     return f"factor of {' and '.join(along)}" if along else "value", ""
@@ -87,15 +86,16 @@ def _comparison_parts(a: Answer, machine: Machine) -> dict[str, tuple[str, str]]
 
 
 def _state_deviations(
-    a: Answer, question: Any, machine: Machine, of_cases: Sequence[ModelComparison], error_law: Errors | None
-) -> None:
+    a: Answer, machine: Machine, along: Sequence[str], until_phi: float, of_cases: Sequence[ModelComparison],
+    errors: Errors | None,
+) -> None:  # fmt: skip
     """State deviations up to ``until_phi``, the nominal machine last, at the value NaN; and the error at each factor."""
     comparisons, bodies, parts = [*of_cases[1:], *of_cases[:1]], _compared_bodies(machine), _comparison_parts(a, machine)
     curves = np.array([c.curves for c in comparisons]).reshape(-1, 2, CURVE)
     largest, relative = np.array([(c.largest, c.relative) for c in comparisons]).reshape(-1, 2, 2).transpose(1, 2, 0)
-    a.curve("value", [c.value for c in comparisons], *_parameter_words(question, machine))
-    a.curve("angle", angles_at_curves(question.until_phi), "angle of the rotor", "rad")
-    a.curve("factor", [] if error_law is None else error_law.factors, "factor of epsilon")
+    a.curve("value", [c.value for c in comparisons], *_parameter_words(machine, along))
+    a.curve("angle", angles_at_curves(until_phi), "angle of the rotor", "rad")
+    a.curve("factor", [] if errors is None else errors.factors, "factor of epsilon")
     a.curve("speed_deviation", largest[0], *parts["speed"], "value")
     a.curve("amplitude_deviation", largest[1], *parts["amplitude"], "value")
     a.curve("relative_speed_deviation", relative[0], f"relative deviation of the speed of {bodies}", "", "value")
@@ -107,23 +107,24 @@ def _state_deviations(
     a.curve("failed", [c.failure for c in comparisons], "reason why a run failed", "", "value")
     a.curve("speed_over_angle", curves[:, 0], f"deviation of the speed of {bodies}", "speed", "value angle")
     a.curve("amplitude_over_angle", curves[:, 1], "deviation of the amplitude", machine.orbit_unit, "value angle")
-    a.curve("error", [] if error_law is None else error_law.speed, f"error of the speed of {bodies}", "speed", "factor")
+    a.curve("error", [] if errors is None else errors.speed, f"error of the speed of {bodies}", "speed", "factor")
 
 
 def _state_summary(
-    a: Answer, question: Any, machine: Machine, comparisons: Sequence[ModelComparison], error_law: Errors | None
-) -> None:
+    a: Answer, machine: Machine, along: Sequence[str], until_phi: float, comparisons: Sequence[ModelComparison],
+    errors: Errors | None,
+) -> None:  # fmt: skip
     """State the largest deviations, with a line for each value, and the order of the error."""
-    along, (name, unit), parts = question.along, _parameter_words(question, machine), _comparison_parts(a, machine)
+    (name, unit), parts = _parameter_words(machine, along), _comparison_parts(a, machine)
     bodies, nominal, variants = _compared_bodies(machine), comparisons[:1], comparisons[1:]
     a.number("own", _record(nominal[0]) if nominal else None, "largest deviations of the nominal machine", parts=parts)
     if nominal:
         a.line("this machine", _comparison_text(nominal[0], bodies), at="own")
-    errors = error_law and dict(zip(map(str, error_law.factors), error_law.speed, strict=True))
-    a.number("errors", errors, "errors of the averaged equations by factor of epsilon", "speed")
-    order, what = error_law and error_law.order, "power of epsilon with which the error falls"
+    by_factor = errors and dict(zip(map(str, errors.factors), errors.speed, strict=True))
+    a.number("errors", by_factor, "errors of the averaged equations by factor of epsilon", "speed")
+    order, what = errors and errors.order, "power of epsilon with which the error falls"
     a.number("order_of_error", order, what, headline=True)
-    a.number("nominal_order", error_law and error_law.nominal, "power of epsilon with which the error should fall")
+    a.number("nominal_order", errors and errors.nominal, "power of epsilon with which the error should fall")
     a.line("order", "the error falls with epsilon to the power {order_of_error:.2f}")
     key, printed_unit, parameter = "factor", "", f"factor of {' and '.join(along)}"
     if len(along) == 1:
@@ -132,7 +133,7 @@ def _state_summary(
     rows = [{key: c.value} | _record(c) for c in variants]
     a.number("deviations", rows, "largest deviations at each value", parts={key: (name, unit)} | parts)
     if variants:
-        a.line(f"along {parameter}, up to {question.until_phi:.4g} rad of the rotor's angle", "")
+        a.line(f"along {parameter}, up to {until_phi:.4g} rad of the rotor's angle", "")
     for k, c in enumerate(variants):
         a.line(f"  {f'{c.value:.6g}{printed_unit}':<14} ", _comparison_text(c, bodies), at=f"deviations[{k}]")
     ranges = _disagreement_ranges(variants)
@@ -143,7 +144,7 @@ def _state_summary(
     a.number("speeds_of", bodies, "bodies whose speeds are compared")
     a.number("along_unit", unit, "unit of the varied parameter")
     a.number("amplitude_unit", machine.orbit_unit, "unit of amplitudes")
-    a.number("until_phi", question.until_phi, "angle of the rotor up to which deviations count", "rad")
+    a.number("until_phi", until_phi, "angle of the rotor up to which deviations count", "rad")
 
 
 def _record(c: ModelComparison) -> dict[str, Any]:

@@ -143,7 +143,8 @@ class Approximation(Study):
 
     def solve(self, machine: Machine, cases: tuple[ValueCase, ...], work: Work) -> Iterator[Answer]:
         """Compare the models at each value, then measure the error."""
-        fill, order_share = partial(state_approximation, self, machine, len(cases) - 1), 1 / (len(cases) + 1)
+        fill = partial(state_approximation, machine, self.along, self.until_phi, len(cases) - 1)
+        order_share = 1 / (len(cases) + 1)
         yield Answer(machine.units, partial(fill, (), None))
         for comparisons in runs_in_turn(cases, self._compare, work.part("", 0.0, 1 - order_share), "comparison"):
             yield Answer(machine.units, partial(fill, comparisons, None))

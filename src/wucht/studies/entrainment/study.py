@@ -85,11 +85,12 @@ class Entrainment(Study):
 
     def solve(self, machine: Machine, case: EntrainmentCase, work: Work) -> Iterator[Answer]:
         """Make runs over the parameter, and follow the locked motions; an answer after each run and each motion."""
-        answer, nominal_value = partial(_answer, case, existing=Existence()), case.parameter.nominal_value
-        yield answer()
+        fill, nominal_value = partial(_state_entrainment, case=case, existing=Existence()), case.parameter.nominal_value
+        units = case.machine.units
+        yield Answer(units, fill)
         runs = RunsFromStart(case)
         nominal_run = runs.run(nominal_value, work.part("own", 0.0, 0.03))
-        yield answer(nominal_run=nominal_run)
+        yield Answer(units, partial(fill, nominal_run=nominal_run))
         if nominal_run.failure is not None:
             return
         senses = senses_of(case.machine, case.initial, nominal_run)
@@ -102,34 +103,37 @@ class Entrainment(Study):
         runs = RunsFromStart(case, senses, existing.slowest_rate)
         if runs.duration > _TOO_SHORT * nominal_run.end_time:
             nominal_run = runs.run(nominal_value, work.part("own, longer", 0.1, 0.1))
-        answer = partial(answer, nominal_run=nominal_run, limits=limits, resolution=resolution, existing=existing)
-        yield answer()
+        fill = partial(fill, nominal_run=nominal_run, limits=limits, resolution=resolution, existing=existing)
+        yield Answer(units, fill)
         for done in runs.search(nominal_run, limits, resolution, work.part("runs", 0.1, 0.8)):
-            yield answer(runs=done)
-        answer = partial(answer, runs=done, band=capture_band(done, nominal_value))
+            yield Answer(units, partial(fill, runs=done))
+        fill = partial(fill, runs=done, band=capture_band(done, nominal_value))
         entrained_runs = [r for r in done if r.is_entrained]
         if entrained_runs:
             nearest = min(entrained_runs, key=lambda r: abs(r.value - nominal_value))
             motion_solver = LockedMotions(case, senses, nearest.end_time)
             seed = work.unit("locked motion", partial(motion_solver.at_end_of, nearest))
             if isinstance(seed, str):
-                answer = partial(answer, no_motion=f"at {case.parameter.name} = {nearest.value:.6g}: {seed}")
+                fill = partial(fill, no_motion=f"at {case.parameter.name} = {nearest.value:.6g}: {seed}")
             else:
-                yield (answer := partial(answer, motions=(seed,)))()
+                fill = partial(fill, motions=(seed,))
+                yield Answer(units, fill)
                 band = existing.band
                 edges = limits if band is None else (max(low, band.low.value), min(high, band.high.value))
                 for motions, ends in motion_solver.follow_both_ways(seed, limits, edges, resolution, work):
-                    yield (answer := partial(answer, motions=motions, ends=ends))()
+                    fill = partial(fill, motions=motions, ends=ends)
+                    yield Answer(units, fill)
         least = threshold(case, existing, work.part("threshold", 0.95, 1.0))
         work.report(1.0)
-        yield answer(least=least, is_complete=True)
+        yield Answer(units, partial(fill, least=least, is_complete=True))
 
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw phases and speed over the parameter, and the bands."""
         return figure(result)
 
 
-def _answer(
+def _state_entrainment(
+    a: Answer,
     case: EntrainmentCase,
     existing: Existence,
     nominal_run: RunFromStart | None = None,
@@ -142,14 +146,14 @@ def _answer(
     no_motion: str | None = None,
     least: float | None = None,
     is_complete: bool = False,
-) -> Answer:
+) -> None:
     """Phases: of rotors relative to the main one, of it to the vibration, of bodies to their rotor.
 
     nominal_run: at the nominal value of the parameter; if it failed, no search follows. limits, resolution: of the parameter.
     runs, motions: in increasing order of their value. ends: of the motions below and above, None where beyond the range.
     no_motion: reason why there are none. least: amplitude of the vibration that entrains.
     """
-    machine, parameter, a = case.machine, case.parameter, Answer(case.machine.units)
+    machine, parameter = case.machine, case.parameter
     entrained_value = nominal_run.value if nominal_run is not None and nominal_run.is_entrained else None
     outcome = Outcome.UNIDENTIFIED
     if nominal_run is not None and nominal_run.failure is not None:
@@ -183,7 +187,6 @@ def _answer(
         capture = "it is not reached from the start anywhere in the range"
     a.sentence = a.failure or f"{outcome.sentence}; {capture}"
     a.verdict = f"{str(outcome).upper()}: {a.sentence}"
-    return a
 
 
 def _state_parameter(a: Answer, case: EntrainmentCase, limits: tuple[float, float] | None) -> None:

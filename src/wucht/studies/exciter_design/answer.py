@@ -63,18 +63,18 @@ def state_design(
     searches. runs: candidates in the full equations, those of corrections last. checks: the best of these, its neighbours and
     the nominal exciter, by later beats; cliff: of the design.
     """
-    design, trial_batches = nearest_that_beats(checks or runs, trials.metric), [*reach, *search]
+    design, candidates = nearest_that_beats(checks or runs, trials.metric), [*reach, *search]
     a.warn(*doubts)
     _state_spectra(a, target, signal, design)
     _state_variables(a, trials, nominal, signal)
     _state_beat(a, signal, design)
     for name, along, batches in (
         ("reach", "point", reach),
-        ("tried", "candidate", trial_batches),
+        ("tried", "candidate", candidates),
         ("tolerance", "sample", tolerances),
     ):
         _state_candidates(a, trials, batches, name, along, signal.unit)
-    motions = _state_motions(a, trial_batches)
+    motions = _state_motions(a, candidates)
     _state_reach(a, reach, signal.unit)
     _state_runs(a, trials, target, runs, optima)
     a.curve("motion", np.array(MOTIONS, str), "motion in the averaged equations")
@@ -172,10 +172,10 @@ def _stack(rows: Sequence[np.ndarray], width: int) -> np.ndarray:
     return np.array(rows, float).reshape(len(rows), width)
 
 
-def _state_motions(a: Answer, batches: Sequence[Candidates]) -> str:
+def _state_motions(a: Answer, candidates: Sequence[Candidates]) -> str:
     """State how many candidates have each motion, and return that in words."""
-    count = a.number("candidates", sum(len(b.motion) for b in batches), "number of candidates")
-    motions = _motions(batches)
+    count = a.number("candidates", sum(len(b.motion) for b in candidates), "number of candidates")
+    motions = _motions(candidates)
     a.number("motions", motions, "number of candidates by their motion in the averaged equations")
     words = ", ".join(f"{n} {name}" for name, n in motions.items() if n)
     a.line("search", f"{count} candidates with the averaged equations: {words}")
@@ -230,8 +230,8 @@ def _state_runs(
     )  # fmt: skip
     a.curve("run_slow", np.array(slow, float), in_slow, "", "run")
     a.curve("run_full", np.array(full, float), in_full, "", "run")
-    optimum_rows = [_values_by_name(trials, optimum.numbers) | {"distance": optimum.distance} for optimum in optima]
-    a.number("polished", optimum_rows, "parameters after the local search, and their distance in the averaged equations")
+    local_optima = [_values_by_name(trials, optimum.numbers) | {"distance": optimum.distance} for optimum in optima]
+    a.number("polished", local_optima, "parameters after the local search, and their distance in the averaged equations")
     a.curve("run_value", _stack([c.numbers for c in runs], len(trials.variables)), "values, in SI", "", "run variable")
     beats = np.array([c.beats for c in runs], np.int8)
     a.curve("run_beats", beats, "1 where it beats in the full equations", "", "run")
@@ -250,7 +250,7 @@ def _state_design(
     if design is not None:
         slow_distances = spectrum_distances(design.slow.cycles, target, trials.slope)
         parameters, distance = _values_by_name(trials, design.numbers), float(design.distances[trials.metric])
-        distances = {"full": _distances_by_metric(design.distances), "slow": _distances_by_metric(slow_distances)}
+        distances = {"full": _values_by_metric(design.distances), "slow": _values_by_metric(slow_distances)}
         cycles = design.cycles
         if len(cycles.ranges) > _MOST_ROWS:
             cycles, _ = cycles.group_by_range(cycles.largest / _CLASSES)
@@ -272,7 +272,7 @@ def _state_design(
         _warn_of_design(a, trials, design, slow_distances[trials.metric], beyond, target.total)
 
 
-def _distances_by_metric(distances: Sequence[float] | np.ndarray) -> dict[str, float | None]:
+def _values_by_metric(distances: Sequence[float] | np.ndarray) -> dict[str, float | None]:
     return {metric: _finite_or_none(x) for metric, x in zip(METRICS, distances, strict=True)}
 
 
@@ -347,10 +347,10 @@ def _state_comparison(
     )  # fmt: skip
     texts, clause = list[str](), ""
     for relation in filter(relations.__contains__, words):
-        shares = [100 * x for what, x in zip(relations, distances, strict=True) if what == relation and x is not None]
-        ends = " to ".join(dict.fromkeys(f"{x:.2f}" for x in (min(shares), max(shares)))) if shares else ""
-        texts.append(f"{words[relation]} {ends} %" if shares else f"{words[relation]} none that beats")
-        if shares and relation == "neighbour":
+        percents = [100 * x for what, x in zip(relations, distances, strict=True) if what == relation and x is not None]
+        ends = " to ".join(dict.fromkeys(f"{x:.2f}" for x in (min(percents), max(percents)))) if percents else ""
+        texts.append(f"{words[relation]} {ends} %" if percents else f"{words[relation]} none that beats")
+        if percents and relation == "neighbour":
             clause = f"; {100 * step:.2g} % away from it within {ends} %"
     if texts and design is not None:
         first = f"over the same beats, not counted before: design {100 * design.distances[trials.metric]:.2f} %"

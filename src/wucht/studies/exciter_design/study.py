@@ -198,14 +198,14 @@ class ExciterDesign(Study):
             design = nearest_that_beats(checks or runs, metric)
         if design is not None and self.samples and self.spread:
             tolerances = list[Candidates]()
-            for batch in self._tolerance_runs(prepared, design, work.part("tolerances", _CHECK, 1.0)):
+            for batch in self._tolerance_batches(prepared, design, work.part("tolerances", _CHECK, 1.0)):
                 tolerances.append(batch)
                 yield Answer(units, partial(state, tolerances=tuple(tolerances)))
             state = partial(state, tolerances=tuple(tolerances))
         work.report(1.0)
         yield Answer(units, partial(state, is_complete=True))
 
-    def _tolerance_runs(self, prepared: Prepared, design: CheckedCandidate, work: Work) -> Iterator[Candidates]:
+    def _tolerance_batches(self, prepared: Prepared, design: CheckedCandidate, work: Work) -> Iterator[Candidates]:
         """Yield exciters about the design, by their corrected spectra."""
         trials, _, target, _, _ = prepared
         shifted_target = shift_spectrum(target, design.slow.cycles, design.cycles)

@@ -105,10 +105,13 @@ class Response(Study):
         watch()
         operation = work.unit("operation", partial(vibration_in_operation, steady, watch))
         speeds, curves = response_curves(steady, speed_range, self.points)
-        answer = partial(_answer, steady, speed_range, speeds, curves, operation)
-        yield answer(None)
+        fill = partial(
+            _state_response, steady=steady, speed_range=speed_range, speeds=speeds, curves=curves, operation=operation
+        )
+        yield Answer(machine.units, fill)
         if operation and steady.is_free:
-            yield answer(FromRest.of(machine, machine.rotor.name, [o.state for o in operation], work))
+            from_rest = FromRest.of(machine, machine.rotor.name, [o.state for o in operation], work)
+            yield Answer(machine.units, partial(fill, from_rest=from_rest))
 
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw amplitude, phase, centre of mass and torque over the speed."""
@@ -123,20 +126,21 @@ def _speed_range(machine: Machine) -> tuple[float, float]:
     return min(0.02 * top, 0.3 * min([*natural, top])), max(3 * top, 1.5 * free)
 
 
-def _answer(
+def _state_response(
+    a: Answer,
     steady: SteadyPhases,
     speed_range: tuple[float, float],
     speeds: np.ndarray,
     curves: Sequence[ResponseCurve],
     operation: Sequence[Operation],
-    from_rest: FromRest | None,
-) -> Answer:
+    from_rest: FromRest | None = None,
+) -> None:
     """q = Re[z exp(i w t)], w t being the angle that a body has turned from its start.
 
     operation: the vibration at each stable operating point. from_rest: the ends of run-ups from rest, None without any.
     """
     machine = steady.machine
-    a, free, eccentricity = Answer(machine.units), free_speed(machine, machine.rotor), eccentricity_of(machine)
+    free, eccentricity = free_speed(machine, machine.rotor), eccentricity_of(machine)
     for resonance in sorted({x for c in curves for x in c.undamped_resonances}):
         at = f"{resonance:.6g} {machine.units.speed}".rstrip()
         a.warn(f"the resonance at {at} is undamped: there the amplitude is infinite")
@@ -178,7 +182,6 @@ def _answer(
     if from_rest is not None and is_excited:
         points = [f"{o.speed:.5g} {machine.units.speed}".rstrip() + (f", {o.label}" if o.label else "") for o in operation]
         a.sentence += f"; in operation: {from_rest.sentence(is_reached, points)}"
-    return a
 
 
 def _state_curves(

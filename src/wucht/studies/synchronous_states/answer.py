@@ -31,7 +31,8 @@ _GENTLE = 0.05  # machine number below which the vibration is negligible
 _DECISIONS = {True: "stable", False: "unstable", None: "undecided"}
 
 
-def configurations_answer(
+def state_synchronous(
+    a: Answer,
     machine: Machine,
     torques: SteadyTorques,
     speeds: tuple[float, float] | None,
@@ -41,13 +42,13 @@ def configurations_answer(
     regions: Regions | None = None,
     *,
     is_full: bool,
-) -> Answer:
-    """Return the answer. comparable, an attribute: all bodies turn about one axis.
+) -> None:
+    """State the answer. comparable, an attribute: all bodies turn about one axis.
 
     Of a family it has one member, but stable_slow and stable_full hold for all examined ones (-1 where they differ).
     speeds, cells: as prepared. regions: the part of the map that is computed. is_full: whether multipliers are.
     """
-    a, states, sense = Answer(machine.units), sorted(configurations, key=lambda c: c.rank), float(torques.senses[0])
+    states, sense = sorted(configurations, key=lambda c: c.rank), float(torques.senses[0])
     a.attribute(comparable=int(torques.is_coaxial))
     a.warn(*(f"{b.name} is assumed to be released" for b in machine.bodies if b.release is not None))
     for track in machine.tracks:
@@ -74,7 +75,6 @@ def configurations_answer(
     if cells is not None and (rows := 0 if regions is None else len(regions.ratio)) < len(cells[1]):
         a.warn(f"{rows} of {len(cells[1])} rows of the map are computed")
     a.sentence = _sentence(states, is_full=is_full)
-    return a
 
 
 def _state_configurations(

@@ -34,7 +34,7 @@ from wucht.studies.answer import Answer
 from wucht.studies.key_types import Inertia, Interval, TrueOrFalse, Value
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.study import AVERAGED_EQUATIONS, FULL_EQUATIONS, Study
-from wucht.studies.synchronous_states.answer import configurations_answer
+from wucht.studies.synchronous_states.answer import state_synchronous
 from wucht.studies.synchronous_states.figure import figure
 
 if TYPE_CHECKING:
@@ -226,16 +226,19 @@ class SynchronousStates(Study):
         if not self.full:
             stabilities = [_NOT_REQUESTED] * len(search.states)
         states = [describer.describe(state, full) for state, full in zip(search.states, stabilities, strict=True)]
-        answer = partial(configurations_answer, machine, torques, speeds, search, cells, is_full=self.full)
-        yield answer(states)
+        fill = partial(
+            state_synchronous,
+            machine=machine, torques=torques, speeds=speeds, search=search, cells=cells, is_full=self.full,
+        )  # fmt: skip
+        yield Answer(machine.units, partial(fill, configurations=tuple(states)))
         if self.full and states:
             part = work.part("state", _SEARCH_SHARE, _STABILITY_SHARE if cells is not None else 1.0)
             for k, state in enumerate(self._judged_states(torques, states[:MOST_FULL], part)):
                 states[k] = state
-                yield answer(states)
+                yield Answer(machine.units, partial(fill, configurations=tuple(states)))
         if cells is not None:
             for tiles in _tiles(torques, *cells, work.part("map", _STABILITY_SHARE, 1.0)):
-                yield answer(states, tiles)
+                yield Answer(machine.units, partial(fill, configurations=tuple(states), regions=tiles))
 
     def _search(self, torques: SteadyTorques, speeds: tuple[float, float] | None, work: Work) -> StateSearch:
         """Return all states."""
