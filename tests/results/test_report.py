@@ -107,11 +107,24 @@ def test_what_is_no_line_is_left_out_with_one_note(line: Any, reason: str) -> No
     assert len(report_of(stored([line] * 3))) == 3, "one note"
 
 
-def test_a_report_has_at_most_1000_lines() -> None:
+def test_a_report_has_at_most_200_lines() -> None:
     line = ["x", "{speed}", {}]
-    assert len(report_of(stored([line] * 1000))) == 1002
-    longer = report_of(stored([line] * 1001))
-    assert len(longer) == 1003 and "a line that is left out cannot be read: at most 1000 lines" in longer[-1]
+    assert len(report_of(stored([line] * 200))) == 202
+    longer = report_of(stored([line] * 201))
+    assert len(longer) == 203 and "a line that is left out cannot be read: at most 200 lines" in longer[-1]
+
+
+def test_an_answer_of_more_lines_has_its_first_and_its_last() -> None:
+    def lines_of(count: int) -> list[str]:
+        a = Answer()
+        for k in range(count):
+            a.line("", f"value {k}")
+        return report_of(stored(json.loads(a.to_dataset().attrs["lines"])["lines"]))[2:]
+
+    assert [line.split()[-1] for line in lines_of(200)] == [str(k) for k in range(200)]
+    lines = lines_of(201)
+    assert [line.split()[-1] for line in (*lines[:159], *lines[160:])] == [str(k) for k in (*range(159), *range(161, 201))]
+    assert lines[159].strip() == "and 2 more lines: their numbers are in the Dataset"
 
 
 @pytest.mark.parametrize("lines", ["", "[]", "{}", '{"lines": 3}', '{"lines": [], "verdict": 3}', "[" * 10**5])

@@ -15,7 +15,7 @@ from wucht.results.formatting import number_text
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST_LINES = 1000  # as many as 500 runs of both models have
+MOST_LINES = 200  # an answer of more is shortened when it is stored
 _FIELD = re.compile(r"\{([^{}:]+)(?::([^{}]*))?\}")
 _FORM = re.compile(r"(?:\.(?:\d|1[0-6])[gfe])?%?")
 _STEP = re.compile(r"\[(\d{1,9})\]|\.?([^.\[\]]+)")

@@ -16,6 +16,7 @@ import numpy as np
 
 from wucht.machines.structure import Units
 from wucht.results.quantities import Quantity, StudyResult, group
+from wucht.results.report import MOST_LINES
 from wucht.results.store import to_json
 
 if TYPE_CHECKING:
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 Column = tuple[Any, ...]  # values, name in words, unit
+Line = tuple[str | None, str, dict[str, str]]  # heading, text, texts for its fields
+
+_LAST_LINES = 40  # of a report that is too long: on the whole, after a line for each run
 
 
 class Answer:
@@ -56,7 +60,7 @@ class Answer:
         self._fill = fill
         self._quantities: list[Quantity] = []
         self._path = ""
-        self._lines: list[tuple[str | None, str, dict[str, str]]] = []
+        self._lines: list[Line] = []
         self._warnings: list[str] = []
         self._assumptions: list[str] = []
         self._attributes: dict[str, Any] = {}
@@ -221,8 +225,17 @@ class Answer:
     def to_dataset(self, base: xr.Dataset | None = None) -> xr.Dataset:
         """Return the Dataset; given one with the variables, a copy of it with the attributes. See ``StudyResult``."""
         result = self.result()
-        lines = to_json({"verdict": self.verdict, "lines": self._lines}, indent=None)
+        lines = to_json({"verdict": self.verdict, "lines": _shortened(self._lines)}, indent=None)
         return replace(result, attributes={**result.attributes, "lines": lines}).to_dataset(base)
+
+
+def _shortened(lines: Sequence[Line]) -> Sequence[Line]:
+    """Return as many lines as a report has at most: the first and the last ones, and one for all between them."""
+    if len(lines) <= MOST_LINES:
+        return lines
+    count = len(lines) - MOST_LINES + 1
+    between = ("", f"and {count} more lines: their numbers are in the Dataset", dict[str, str]())
+    return [*lines[: MOST_LINES - 1 - _LAST_LINES], between, *lines[-_LAST_LINES:]]
 
 
 def _at_path(text: str, path: str, texts: Mapping[str, str]) -> str:

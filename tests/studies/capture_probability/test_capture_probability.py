@@ -198,13 +198,6 @@ def test_written_and_read_back(tmp_path: Any) -> None:
     draw(again)
 
 
-@pytest.mark.slow
-def test_a_report_has_lines_of_the_first_150_values() -> None:
-    lines = report(asked(points=152, until=100.0))
-    assert sum("drive.slope = " in line for line in lines[2:]) == 150
-    assert "               and 2 more values: see the Dataset" in lines
-
-
 def test_runs_without_a_verdict_are_counted_neither_way() -> None:
     """A motor so weak that some have not settled when the runs end: the lower bound is as if none of these got through, the
     upper one as if all did."""

@@ -19,7 +19,6 @@ from wucht.studies.answer import Answer
 Prepared = tuple[RandomRuns, list[float], np.ndarray, tuple[float, np.ndarray] | None, tuple[str, ...]]
 Cross = tuple[MemberOutcomes, Indices] | None  # runs of the sensitivity
 
-_MOST = 150  # values with a line each
 _MOST_FAILURES, _MOST_NAMED = 3, 6  # runs that failed; values without a probability
 
 
@@ -43,10 +42,7 @@ def state_probabilities(a: Answer, prepared: Prepared, points: Sequence[Probabil
             rows[-1] |= {"advice": p.advice.sentence, "advised_time": p.advice.needed_time}
         share = "not known" if estimate is None else f"{100 * estimate:.3g} %"
         open_clause = f", {percent(p.open_share)} without a verdict" if p.open_share else ""
-        if k < _MOST:
-            a.line("" if k else "probability", f"{_place(runs, p.value)}: {share} ({_band(p)}){open_clause}")
-    if len(points) > _MOST:
-        a.line("", f"and {len(points) - _MOST} more values: see the Dataset")
+        a.line("" if k else "probability", f"{_place(runs, p.value)}: {share} ({_band(p)}){open_clause}")
     a.number("probability", rows, "probability at each value", parts={
         along.path: (along.full_name, along.unit),
         "estimate": ("probability", ""),

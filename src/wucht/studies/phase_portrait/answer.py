@@ -20,7 +20,6 @@ from wucht.numerics.phase_plane.plane import Plane
 from wucht.results.quantities import Quantity, table
 from wucht.studies.answer import Answer
 
-_MOST_LINES = 190  # on portraits
 _GRID = 161  # points a side of the grid of rates for nullclines
 _NAMED_ENDS = ("stable", "unstable", "saddle", "closed", "centre", "degenerate")
 
@@ -110,13 +109,8 @@ def _state_descriptions(
             for q in quantities:
                 parts |= {q.name: (q.long_name, q.unit), **q.parts}
         a.number("cases", rows, "portraits", parts=parts)
-        a.verdict, room = "", _MOST_LINES
+        a.verdict = ""
         for k, of in enumerate(portraits):
-            *_, portrait = of
-            room -= len(portrait.fixed_points.points) + len(portrait.separatrices) + len(portrait.closed_curves) + 2
-            if room < 0:
-                a.line(f"and {len(portraits) - k} more portraits: see the Dataset", "")
-                break
             a.line(None, "{label}: {sentence}", at=f"cases[{k}]")
             _add_lines(a, axes, of, f"cases[{k}]")
 
