@@ -29,7 +29,7 @@ from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.studies.spec import DEFAULT_TOLERANCE
+from wucht.studies.key_types import DEFAULT_TOLERANCE
 
 _TIMES = (1.0, 4.0, 16.0)  # times T
 _STEPS = 5  # so often advice is followed

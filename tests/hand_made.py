@@ -11,8 +11,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from wucht.extending_0_1 import result_dataset
 from wucht.results.accessor import register_accessor
-from wucht.results.quantities import Quantity, StudyResult
+from wucht.results.quantities import Quantity
 from wucht.studies.registry import studies
 from wucht.studies.runner import draw
 
@@ -55,7 +56,8 @@ def answered(
         return Quantity(name, value, name, units.get(name, ""), parts=parts)
 
     quantities = [stated(name, value) for name, value in summary.items() if name != "sentence"]
-    return StudyResult(quantities, sentence or summary.get("sentence", ""), warnings, (), failure).to_dataset(result)
+    made = result_dataset(quantities, sentence or summary.get("sentence", ""), warnings, (), failure)
+    return result.drop_attrs(deep=False).assign_attrs(made.attrs)
 
 
 def variable(dimensions: str, values: Any, long_name: str, units: str = "") -> tuple[tuple[str, ...], Any, dict[str, str]]:

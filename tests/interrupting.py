@@ -10,7 +10,7 @@ import xarray as xr
 
 from wucht.machines.machine import Machine
 from wucht.studies.runner import run
-from wucht.studies.spec import Spec
+from wucht.studies.study import Study
 
 
 def stop_at(call: int, during: str = "") -> Callable[[float, str], None]:
@@ -24,7 +24,7 @@ def stop_at(call: int, during: str = "") -> Callable[[float, str], None]:
     return report
 
 
-def stopped_often(question: Spec, machine: Machine, folder: Path, first: int, further: int) -> xr.Dataset:
+def stopped_often(question: Study, machine: Machine, folder: Path, first: int, further: int) -> xr.Dataset:
     """Stopped at its first report of these, then again and again, so many reports further each time, until it is finished."""
     result = run(question, machine, folder=folder, progress=stop_at(first))
     assert not result.attrs["finished"]
@@ -38,7 +38,7 @@ def stopped_often(question: Spec, machine: Machine, folder: Path, first: int, fu
     return result
 
 
-def stopped_at_once(question: Spec, machine: Machine, folder: Path, call: int) -> xr.Dataset:
+def stopped_at_once(question: Study, machine: Machine, folder: Path, call: int) -> xr.Dataset:
     """Stopped before there is anything to save, at this report, and then asked again to go on."""
     with pytest.raises(KeyboardInterrupt):
         run(question, machine, folder=folder, progress=stop_at(call))

@@ -16,8 +16,8 @@ from pydantic import BaseModel
 
 LIST = Path(__file__).parents[1] / "docs" / "api" / "public.txt"
 PACKAGES = (
-    "wucht", "wucht.parts", "wucht.extending", "wucht.numerics.flow", "wucht.numerics.continuation", "wucht.numerics.periodic",
-    "wucht.mechanics", "wucht.cams", "wucht.fatigue", "wucht.measurements",
+    "wucht", "wucht.parts", "wucht.extending", "wucht.extending_0_1", "wucht.numerics.flow", "wucht.numerics.continuation",
+    "wucht.numerics.periodic", "wucht.mechanics", "wucht.cams", "wucht.fatigue", "wucht.measurements",
 )  # fmt: skip
 
 

@@ -29,14 +29,12 @@ from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.plots.sheet import legend_below, legend_beside, new_figure, new_grid
 from wucht.plots.style import COLOURS
-from wucht.results.formatting import ReportLines, formats, label, report_lines
-from wucht.results.quantities import Quantity, result_dataset, table
+from wucht.results.formatting import label
 from wucht.schema import SI, si
 from wucht.studies.answer import Answer
 from wucht.studies.key_types import Engine, Interval, Pair, Path, Start, Tolerance, Values, Whole
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.runner import draw, export, load, report, run
-from wucht.studies.spec import Spec
 from wucht.studies.study import Study
 
 __all__ = [
@@ -60,12 +58,9 @@ __all__ = [
     "Part",
     "Path",
     "Point",
-    "Quantity",
-    "ReportLines",
     "RunError",
     "RunSettings",
     "RunUpCase",
-    "Spec",
     "Start",
     "Study",
     "Support",
@@ -79,7 +74,6 @@ __all__ = [
     "compile_system",
     "draw",
     "export",
-    "formats",
     "integrate",
     "label",
     "legend_below",
@@ -89,13 +83,10 @@ __all__ = [
     "new_figure",
     "new_grid",
     "report",
-    "report_lines",
-    "result_dataset",
     "run",
     "run_to_end",
     "run_up",
     "si",
-    "table",
 ]  # fmt: skip
 
 

@@ -12,9 +12,9 @@ import pytest
 
 from wucht.cli.next_command import next_command
 from wucht.cli.options import parse_settings
+from wucht.studies import study as study_module
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.registry import studies
-from wucht.studies.spec import Spec
 from wucht.studies.study_file import read_study
 
 Command = Callable[..., Any]
@@ -106,4 +106,4 @@ def test_the_first_accepted_question_is_proposed(study: Study, monkeypatch: pyte
     monkeypatch.setattr(type(asked.spec), "next_questions", questions[:3])
     assert next_command(asked, result, Path("out"), "a", [], []).startswith("wucht report out -o report.html  # ")
     assert questions[3].settings_after({}, spec) == {"study.start": "{ drive.slope = 1 }", "study.until": "1"}
-    assert Spec.next_questions == ()
+    assert study_module.Study.next_questions == ()

@@ -10,15 +10,13 @@ from matplotlib.text import Text
 
 from wucht.files.catalogue import load_machine
 from wucht.results.formatting import (
-    ReportLines,
     abscissa_label,
     bodies_in_words,
     engineering_text,
-    formats,
     label,
+    number_text,
     parameter_in_words,
     percent,
-    report_lines,
     round_numbers,
     unit_in_print,
     units_in_print,
@@ -26,7 +24,6 @@ from wucht.results.formatting import (
     with_unit,
     wrap_text,
 )
-from wucht.results.quantities import result_dataset
 from wucht.schema.units import Unit
 from wucht.studies.runner import draw, report, run
 from wucht.studies.torque_balance import TorqueBalance
@@ -52,43 +49,25 @@ def test_several_numbers_are_printed_by_the_same_factor() -> None:
     assert value_in_words(0.001, 1e3, "mm") == "1 mm" and value_in_words(True, 1e3, "mm") == "True"
 
 
-def result(dimensionless: bool = False) -> xr.Dataset:
-    return xr.Dataset(attrs={"dimensionless": int(dimensionless)})
-
-
 @pytest.mark.parametrize(
-    ("speed", "words"),
+    ("value", "unit", "words"),
     [
-        (0.5 * math.pi, "1.5708 rad/s (15 rpm)"),
-        (math.pi / 4, "0.7854 rad/s (7.5 rpm)"),
-        (-math.pi / 4, "-0.7854 rad/s (-7.5 rpm)"),
-        (-100 * math.pi / 3, "-104.72 rad/s (-1000 rpm)"),
-        (None, "none"),
+        (0.5 * math.pi, "rad/s", "1.5708 rad/s (15 rpm)"),
+        (math.pi / 4, "rad/s", "0.7854 rad/s (7.5 rpm)"),
+        (-math.pi / 4, "rad/s", "-0.7854 rad/s (-7.5 rpm)"),
+        (-100 * math.pi / 3, "rad/s", "-104.72 rad/s (-1000 rpm)"),
+        (math.pi / 8, "rad", "22.5°"),
+        (1.5e-3, "m", "1.5 mm"),
+        (1e-5, "m", "0.01 mm"),
+        (9e-6, "m", "9 µm"),
+        (-2e-3, "m", "-2 mm"),
+        (-9e-6, "m", "-9 µm"),
+        (0.0, "m", "0 µm"),
+        (2.0, "m", "2000 mm"),
     ],
 )
-def test_a_speed_is_stated_in_both_units(speed: float | None, words: str) -> None:
-    assert formats(result())[0](speed) == words
-
-
-@pytest.mark.parametrize(
-    ("length", "words"),
-    [
-        (1.5e-3, "1.5 mm"),
-        (1e-5, "0.01 mm"),
-        (9e-6, "9 µm"),
-        (-2e-3, "-2 mm"),
-        (-9e-6, "-9 µm"),
-        (0.0, "0 µm"),
-        (2.0, "2000 mm"),
-    ],
-)
-def test_a_length_is_in_millimetres_and_a_very_small_one_in_micrometres(length: float, words: str) -> None:
-    assert formats(result())[1](length) == words
-
-
-def test_amplitudes_that_are_angles_are_in_degrees_and_without_units_all_are_bare() -> None:
-    assert formats(result(), "rad")[1](math.pi / 8) == "22.5°"
-    assert [f(1.23456789) for f in formats(result(True), "rad")] == ["1.2346"] * 2
+def test_speeds_in_both_units_small_lengths_in_micrometres(value: float, unit: str, words: str) -> None:
+    assert number_text(value, unit) == words
 
 
 def test_labels_have_their_unit_in_brackets_and_powers_raised() -> None:
@@ -159,19 +138,12 @@ def test_a_unit_in_brackets_is_not_broken() -> None:
 def test_a_number_with_the_unit_of_its_quantity(
     value: object, unit: str, form: str, words: str | None, bare: str | None
 ) -> None:
-    for dimensionless, expected in ((0, words), (1, bare)):
-        made = result_dataset([], "fine").assign_attrs(title="A title", dimensionless=dimensionless)
-        assert ReportLines(made).format_value(value, unit, form) == expected
+    assert number_text(value, unit, form) == words
+    assert number_text(value, unit, form, dimensionless=True) == bare
 
 
 def test_counts_and_lists_in_words() -> None:
     assert [bodies_in_words(n) for n in (0, 1, 2)] == ["0 bodies", "1 body", "2 bodies"]
-    assert report_lines(xr.Dataset(attrs={"title": "A machine"}), "FINE", [("speed", "1"), ("", "2")]) == [
-        "A machine",
-        "verdict: FINE",
-        "  speed        1",
-        "               2",
-    ]
     assert value_in_words(0.0123456789, 1e3, "mm") == "12.3457 mm" and value_in_words("high", 1e3, "mm") == "high"
     assert value_in_words(2, 1.0, "") == "2"
 

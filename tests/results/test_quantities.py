@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 from tests.refusals import rejected
 
-from wucht.results.formatting import ReportLines
-from wucht.results.quantities import Quantity, StudyResult, dataset_from_quantities, group, result_dataset, table
+from wucht.extending_0_1 import result_dataset
+from wucht.results.quantities import Quantity, dataset_from_quantities, group, table
 
 POINTS = [
     {"speed": 10.0, "torque": 2.0, "stable": True, "name": "low"},
@@ -116,29 +116,3 @@ def test_a_group_is_a_table_of_quantities_that_may_be_tables() -> None:
     assert says.summary["motion"] == {"peaks": {"velocity": 2.0, "speed": 3.0}, "speed": 1.0}
     assert [says.unit_at(f"motion.{path}") for path in ("speed", "peaks.velocity")] == ["rad/s", "m"]
     assert says.quantities["motion"]["what"] == "motion"
-
-
-def test_an_answer_may_describe_a_dataset_that_has_its_variables() -> None:
-    base = xr.Dataset({"x": ("time", [1.0])}, attrs={"old": 1})
-    result = StudyResult([Quantity("share", 0.5, "share")], "done", failure="cut off").to_dataset(base)
-    assert (set(result.data_vars), result.wucht.failure, "old" in result.attrs) == ({"x"}, "cut off", False)
-    assert base.attrs == {"old": 1}
-
-
-def test_lines_of_a_report_are_written_with_their_units() -> None:
-    lines = ReportLines(made())
-    lines.add("free", "{free_speed} without vibration")
-    lines.add("nothing", "{missing}")  # left out
-    lines.add("share", "{share:%} or {share:.4%} or {share}")
-    lines.add("jerk", "{peaks.jerk}, {peaks.velocity}")
-    lines.add("each", "{amplitudes}")
-    lines.add("point", "{speed}: {torque}, {name} {text}", POINTS[0], "points", text="{as it is}")
-    assert lines.report("fine") == [
-        "A title",
-        "verdict: fine",
-        "  free         104.72 rad/s (1000 rpm) without vibration",
-        "  share        12.3 % or 12.35 % or 0.1235",
-        "  jerk         3000 mm/rad³, 2 mm",
-        "  each         x: 2 µm, y: 500 mm",
-        "  point        10 rad/s (95 rpm): 2 N m, low {as it is}",
-    ]

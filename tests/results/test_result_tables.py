@@ -9,7 +9,8 @@ import pandas as pd
 import xarray as xr
 from tests.refusals import refused
 
-from wucht.results.quantities import Quantity, result_dataset, table
+from wucht.extending_0_1 import result_dataset
+from wucht.results.quantities import Quantity, table
 
 ORBITS = [
     {"drive.slope": 0.02, "period": 3.0, "stable": True, "kind": None, "exponents": [[-1.0, 0.5], [-2.0, 0.0]]},

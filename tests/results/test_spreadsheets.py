@@ -19,8 +19,9 @@ import xarray as xr
 from tests.hand_made import variable
 from tests.refusals import refused
 
+from wucht.extending_0_1 import result_dataset
 from wucht.results import spreadsheets
-from wucht.results.quantities import Quantity, StudyResult, table
+from wucht.results.quantities import Quantity, table
 from wucht.results.spreadsheets import save_csv, save_xlsx
 
 SUMMARY = [
@@ -41,7 +42,7 @@ def made(data: dict[str, Any] | None = None, coordinates: dict[str, Any] | None 
                  "word": variable("time", ["-1+2", "a;b, \"c\""], "word")},
         coordinates or {"time": variable("time", [0.0, -0.5], "time", "s"), "body": variable("body", ["drum", "p, 1"], "body")},
     )  # fmt: skip
-    return StudyResult(SUMMARY, "it is captured").to_dataset(base).assign_attrs(study=study)
+    return base.assign_attrs(result_dataset(SUMMARY, "it is captured").attrs, study=study)
 
 
 def rows(path: Path, **options: Any) -> list[list[str]]:

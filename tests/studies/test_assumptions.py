@@ -24,8 +24,8 @@ from wucht.studies.registry import studies
 from wucht.studies.response.study import Response
 from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, report, run
-from wucht.studies.spec import AVERAGED_EQUATIONS, FULL_EQUATIONS, Spec
 from wucht.studies.speed_curve.study import SpeedCurve
+from wucht.studies.study import AVERAGED_EQUATIONS, FULL_EQUATIONS, Study
 from wucht.studies.synchronous_states.study import SynchronousStates
 
 R1, DIMENSIONLESS = "drozdetskaya-2020/r1", "drozdetskaya-2020/table-5.1"
@@ -68,7 +68,7 @@ SAYS_BY_ITS_DATASET = {"comparison", "phase-portrait", "cam-prediction"}
         [AVERAGED_EQUATIONS, "rotor driven by its motor (linear)"]),
     ],
 )  # fmt: skip
-def test_what_follows_from_question_and_machine(name: str, spec: Spec, statements: list[str]) -> None:
+def test_what_follows_from_question_and_machine(name: str, spec: Study, statements: list[str]) -> None:
     assert assumptions(spec, load_machine(name)) == statements
 
 

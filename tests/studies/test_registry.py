@@ -25,7 +25,8 @@ from wucht.studies.torque_balance import TorqueBalance
 STUDY = """
 from typing import ClassVar
 
-from wucht.extending import Quantity, Spec, new_figure, result_dataset, si
+from wucht.extending import new_figure, si
+from wucht.extending_0_1 import Quantity, Spec, result_dataset
 
 
 class Counting(Spec):

@@ -21,7 +21,7 @@ from wucht.studies.entrainment.study import Entrainment
 from wucht.studies.load_spectrum.study import LoadSpectrum
 from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
-from wucht.studies.spec import Spec
+from wucht.studies.study import Study
 
 R1 = "drozdetskaya-2020/r1"
 BAND = "sperling-vibration/entrainment-band"
@@ -36,7 +36,7 @@ BAND = "sperling-vibration/entrainment-band"
         (Entrainment(until=1e11), BAND),
     ],
 )
-def test_a_run_that_would_never_be_over(question: Spec, name: str) -> None:
+def test_a_run_that_would_never_be_over(question: Study, name: str) -> None:
     with refused("study.until", "turns", "1e+09", given=question.until) as caught:
         run(question, load_machine(name))
     longest = float(caught.value.explanation.split("must be at most ")[1].split()[0].rstrip(":"))
@@ -55,7 +55,7 @@ def test_vibrations_that_would_never_be_over() -> None:
 @pytest.mark.parametrize(
     "question", [RunUp(until=2e6), RunUp(settled=True), CoastDown(until=2e6), LoadSpectrum(until=2e6)], ids=lambda q: q.kind
 )
-def test_a_result_larger_than_the_memory(question: Spec, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_result_larger_than_the_memory(question: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(room, "machine_memory", lambda: 1e7)
     with refused("study", "0.01 GB", given=None):
         run(question, load_machine(R1))

@@ -22,14 +22,14 @@ from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.plots.sheet import save_figure
 from wucht.results.output_folder import load_result
-from wucht.results.quantities import Quantity, result_dataset
 from wucht.schema import si
 from wucht.studies import runner
+from wucht.studies.answer import Answer
 from wucht.studies.memory import UnitMemory
 from wucht.studies.registry import studies
 from wucht.studies.response.study import Response
 from wucht.studies.run_up.study import RunUp
-from wucht.studies.spec import Spec
+from wucht.studies.study import Study
 from wucht.studies.subjects import Description
 from wucht.studies.synchronous_states.study import SynchronousStates
 
@@ -48,7 +48,13 @@ NUMBERS = Numbers()
 computed: list[str] = []
 
 
-class Squares(Spec):
+@dataclass(frozen=True)
+class Square:
+    value: float
+    noise: np.ndarray
+
+
+class Squares(Study):
     """Squares, one at a time."""
 
     kind: ClassVar[str] = ""
@@ -58,50 +64,36 @@ class Squares(Spec):
     count: float = si("", "count", default=10, gt=0)
     times: float = si("", "factor", default=1.0)
 
+    def prepare(self, subject: list[float]) -> list[float]:
+        if not subject:
+            raise InputError("numbers", subject, "must be a number at least")
+        return subject[: int(self.count)]
 
-@dataclass(frozen=True)
-class Square:
-    value: float
-    noise: np.ndarray
+    def solve(self, subject: list[float], numbers: list[float], work: Work) -> Iterator[Answer]:
+        squares: tuple[Square, ...] = ()
+        yield self.answer(squares)
+        for k, x in enumerate(numbers):
 
+            def compute(x: float = x, k: int = k) -> Square:
+                computed.append(f"square {k}")
+                return Square(self.times * x * x, np.random.default_rng(k).normal(size=3))
 
-def prepare(spec: Squares, subject: list[float]) -> tuple[Squares, list[float]]:
-    if not subject:
-        raise InputError("numbers", subject, "must be a number at least")
-    return spec, subject[: int(spec.count)]
+            squares = (*squares, work.unit(f"square {k}", compute))
+            work.report((k + 1) / len(numbers), f"square {k}")
+            yield self.answer(squares)
 
+    def answer(self, squares: tuple[Square, ...]) -> Answer:
+        a = Answer()
+        a.curve("square", [s.value for s in squares], "square", "", "number")
+        a.curve("noise", np.array([s.noise for s in squares]).reshape(-1, 3), "noise", "", "number component")
+        a.line("sum", f"{a.number('sum', sum(s.value for s in squares), 'sum'):g}")
+        a.sentence = "done"
+        a.warn("squares are large")
+        a.failure = "it is negative" if self.times < 0 else None
+        return a
 
-def run(plan: tuple[Squares, list[float]], work: Work) -> Iterator[tuple[Square, ...]]:
-    spec, numbers = plan
-    squares: tuple[Square, ...] = ()
-    yield squares
-    for k, x in enumerate(numbers):
-
-        def compute(x: float = x, k: int = k) -> Square:
-            computed.append(f"square {k}")
-            return Square(spec.times * x * x, np.random.default_rng(k).normal(size=3))
-
-        squares = (*squares, work.unit(f"square {k}", compute))
-        work.report((k + 1) / len(numbers), f"square {k}")
-        yield squares
-
-
-def dataset(plan: tuple[Squares, list[float]], squares: tuple[Square, ...]) -> xr.Dataset:
-    quantities = [
-        Quantity("square", [s.value for s in squares], "square", "", "number"),
-        Quantity("noise", np.array([s.noise for s in squares]).reshape(-1, 3), "noise", "", "number component"),
-        Quantity("sum", sum(s.value for s in squares), "sum"),
-    ]
-    failure = "it is negative" if plan[0].times < 0 else None
-    return result_dataset(quantities, "done", ["squares are large"], failure=failure)
-
-
-def figure(result: xr.Dataset) -> Any:
-    raise ValueError("a bug of the figure")
-
-
-def report(result: xr.Dataset) -> list[str]:
-    return [f"{result.wucht.summary['sum']:g}"]
+    def draw(self, result: xr.Dataset) -> Any:
+        raise ValueError("a bug of the figure")
 
 
 @pytest.fixture(autouse=True)
@@ -317,7 +309,7 @@ def test_a_finished_result_of_another_question_is_not_handed_back(tmp_path: Path
 
 
 def test_a_report_comes_from_the_dataset() -> None:
-    assert runner.report(ask(Squares(), [3.0])) == ["9"]
+    assert runner.report(ask(Squares(), [3.0]))[-1] == "  sum          9"
 
 
 def test_a_bug_of_a_figure_is_no_incomplete_result() -> None:

@@ -18,10 +18,10 @@ import xarray as xr
 
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
-from wucht.results.quantities import Quantity, result_dataset
 from wucht.schema import si
+from wucht.studies.answer import Answer
 from wucht.studies.cluster import TaskReport
-from wucht.studies.spec import Spec
+from wucht.studies.study import Study
 from wucht.studies.subjects import Description
 
 
@@ -33,17 +33,6 @@ class Marked:
 
 
 MARKED = Marked()
-
-
-class TiledSquares(Spec):
-    """Squares of numbers, a tile each."""
-
-    kind: ClassVar[str] = ""
-    subject: ClassVar[str] = f"{__name__}:MARKED"
-    tiled: ClassVar[bool] = True
-
-    count: float = si("", "count", default=10, gt=0)
-    lasts: float = si("", "seconds a tile takes", default=0.1)
 
 
 @dataclass(frozen=True)
@@ -78,34 +67,33 @@ def square(folder: Path, lasts: float, number: int, told: TaskReport) -> Square:
     return Square(number, np.random.default_rng(number).normal(size=50) ** 2)
 
 
-def prepare(spec: TiledSquares, subject: Path) -> tuple[TiledSquares, Path]:
-    return spec, subject
+class TiledSquares(Study):
+    """Squares of numbers, a tile each."""
+
+    kind: ClassVar[str] = ""
+    subject: ClassVar[str] = f"{__name__}:MARKED"
+    tiled: ClassVar[bool] = True
+
+    count: float = si("", "count", default=10, gt=0)
+    lasts: float = si("", "seconds a tile takes", default=0.1)
+
+    def prepare(self, subject: Path) -> Path:
+        return subject
+
+    def solve(self, subject: Path, folder: Path, work: Work) -> Iterator[Answer]:
+        found: dict[str, Square] = {}
+        yield Answer(fill=partial(state_squares, ()))
+        tasks = {f"square {k}": partial(square, folder, self.lasts, k) for k in range(int(self.count))}
+        for name, one in work.part("squares", 0.0, 0.9).units(tasks, "squares"):
+            found[name] = one
+            yield Answer(fill=partial(state_squares, tuple(found[n] for n in tasks if n in found)))
+
+    def draw(self, result: xr.Dataset) -> Any:
+        raise NotImplementedError
 
 
-def run(plan: tuple[TiledSquares, Path], work: Work) -> Iterator[tuple[Square, ...]]:
-    spec, folder = plan
-    found: dict[str, Square] = {}
-    yield ()
-    tasks = {f"square {k}": partial(square, folder, spec.lasts, k) for k in range(int(spec.count))}
-    for name, one in work.part("squares", 0.0, 0.9).units(tasks, "squares"):
-        found[name] = one
-        yield tuple(found[n] for n in tasks if n in found)
-
-
-def dataset(plan: tuple[TiledSquares, Path], squares: tuple[Square, ...]) -> xr.Dataset:
-    numbers = np.array([s.number for s in squares], int)
-    noise = np.array([s.noise for s in squares]).reshape(-1, 50)
-    quantities = [
-        Quantity("square", numbers**2, "square", "", "number"),
-        Quantity("noise", noise, "noise", "", "number component"),
-        Quantity("count", len(squares), "number of squares"),
-    ]
-    return result_dataset(quantities, "done")
-
-
-def figure(result: xr.Dataset) -> Any:
-    raise NotImplementedError
-
-
-def report(result: xr.Dataset) -> list[str]:
-    return []
+def state_squares(squares: tuple[Square, ...], a: Answer) -> None:
+    a.curve("square", np.array([s.number for s in squares], int) ** 2, "square", "", "number")
+    a.curve("noise", np.array([s.noise for s in squares]).reshape(-1, 50), "noise", "", "number component")
+    a.number("count", len(squares), "number of squares")
+    a.sentence = "done"

@@ -14,7 +14,7 @@ from wucht.plots.machine_drawing import draw_machine
 from wucht.plots.page import REPORT
 from wucht.reports.markup import brief_text, bullets, html_table, html_text, section
 from wucht.results.attempts import Attempts, with_attempt_warnings
-from wucht.results.formatting import ReportLines, engineering_text
+from wucht.results.formatting import engineering_text, number_text
 from wucht.studies.registry import studies
 from wucht.studies.runner import draw, report
 
@@ -221,17 +221,17 @@ def _plain(value: Any) -> str:
 
 def _numbers(result: xr.Dataset) -> tuple[str, list[str]]:
     """The table of all single numbers of a summary, and a section for each list of tables in it."""
-    accessor, lines = result.wucht, ReportLines(result)
-    rows, tables = list[tuple[str, str]](), list[str]()
+    accessor = result.wucht
+    dimensionless, rows, tables = accessor.dimensionless, list[tuple[str, str]](), list[str]()
     for key, value in accessor.summary.items():
         facts = accessor.quantities.get(key, {})
         name = _sentence_case(str(facts.get("what", key)))
         if key == "sentence" or value in (None, {}, []):
             continue
         if isinstance(value, list) and all(isinstance(row, Mapping) for row in value):
-            tables.append(section(name, _rows_table(value, facts.get("parts", {}), lines)))
+            tables.append(section(name, _rows_table(value, facts.get("parts", {}), dimensionless)))
         else:
-            rows.append((html_text(name), _cell(value, facts, lines)))
+            rows.append((html_text(name), _cell(value, facts, dimensionless)))
     return f'<div class="parts">{html_table(rows, row_heads=True, kind="long")}</div>' if rows else "", tables
 
 
@@ -239,7 +239,7 @@ def _sentence_case(words: str) -> str:
     return words[:1].upper() + words[1:]
 
 
-def _rows_table(rows: Sequence[Mapping[str, Any]], parts: Mapping[str, Any], lines: ReportLines) -> str:
+def _rows_table(rows: Sequence[Mapping[str, Any]], parts: Mapping[str, Any], dimensionless: bool) -> str:
     """A list of tables as one: a few beside each other, many below each other with their first columns."""
     every_key = dict.fromkeys(key for row in rows for key in row)
     keys = [key for key in every_key if any(row.get(key) not in (None, {}, []) for row in rows)]
@@ -247,34 +247,36 @@ def _rows_table(rows: Sequence[Mapping[str, Any]], parts: Mapping[str, Any], lin
     names = {key: str(parts.get(key, {}).get("what", key)) for key in keys}
     if len(rows) <= _BESIDE:
         cells = [
-            [html_text(_sentence_case(names[key])), *(_cell(row.get(key), parts.get(key, {}), lines) for row in rows)]
+            [html_text(_sentence_case(names[key])), *(_cell(row.get(key), parts.get(key, {}), dimensionless) for row in rows)]
             for key in keys
         ]
         return html_table(cells, ("", *map(str, range(1, len(rows) + 1))), row_heads=True, kind="beside")
     columns, left_out = keys[:_MOST_COLUMNS], keys[_MOST_COLUMNS:]
-    cells = [[_cell(row.get(key), parts.get(key, {}), lines) for key in columns] for row in rows[:_MOST_ROWS]]
+    cells = [[_cell(row.get(key), parts.get(key, {}), dimensionless) for key in columns] for row in rows[:_MOST_ROWS]]
     further = [f"Also in the result file: {', '.join(names[key] for key in left_out)}."] if left_out else []
     head = [html_text(_sentence_case(names[key])) for key in columns]
     return html_table(cells, head) + _remarks([*_left_out(rows), *further])
 
 
-def _cell(value: Any, facts: Mapping[str, Any], lines: ReportLines) -> str:
+def _cell(value: Any, facts: Mapping[str, Any], dimensionless: bool) -> str:
     """A value of the summary in HTML, with its unit; in words where it is no number. facts: its unit, and its parts."""
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return "–"
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, list):
-        few = len(value) <= _MOST_NUMBERS
-        return "; ".join(_cell(one, facts, lines) for one in value) if few else f"{len(value):,} values, in the result file"
+        cells = [_cell(one, facts, dimensionless) for one in value[: _MOST_NUMBERS + 1]]
+        return "; ".join(cells) if len(cells) <= _MOST_NUMBERS else f"{len(value):,} values, in the result file"
     if isinstance(value, Mapping):
         parts = facts.get("parts", {})
-        inner = {name: _cell(one, parts.get(name, facts), lines) for name, one in value.items() if one not in (None, {}, [])}
+        inner = {
+            name: _cell(one, parts.get(name, facts), dimensionless) for name, one in value.items() if one not in (None, {}, [])
+        }
         return "<br>".join(f"{html_text(parts.get(name, {}).get('what', name))}: {cell}" for name, cell in inner.items())
     if isinstance(value, int | float):
         unit = str(facts.get("unit", ""))
-        has_words = not unit or lines.dimensionless or "/rad" in unit
-        return html_text(lines.format_value(value, unit) if has_words else engineering_text(value, unit))
+        has_words = not unit or dimensionless or "/rad" in unit
+        return html_text(number_text(value, unit, "", dimensionless) if has_words else engineering_text(value, unit))
     return html_text(value)
 
 

@@ -5,79 +5,14 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    import xarray as xr
+    pass
 
 _FEW = 10  # rpm: lower speeds with decimals
 _SYMBOLS = {"time": "$\\tau$", "speed": "$\\omega$"}  # of a dimensionless machine
-
-Format = Callable[[float | None], str]
-
-
-def formats(result: xr.Dataset, amplitude_unit: str = "m") -> tuple[Format, Format]:
-    """Formats of the speeds and amplitudes of a result: with units, or as plain numbers for a dimensionless machine."""
-    if result.attrs["dimensionless"]:
-        return (_optional_format("{:.5g}".format),) * 2
-    return _optional_format(_speed), _optional_format(_angle if amplitude_unit == "rad" else _length)
-
-
-def report_lines(result: xr.Dataset, verdict: str, entries: Iterable[tuple[str, str]]) -> list[str]:
-    """The lines of a report: the title, the verdict, and the entries with their names in a column."""
-    return [result.attrs["title"], f"verdict: {verdict}", *(f"  {name:13}{line}" for name, line in entries)]
-
-
-class ReportLines:
-    """The lines of a report, with fields for numbers of the summary in the units of their quantities."""
-
-    _FIELD = re.compile(r"\{([\w.]+)(?::([^{}]*))?\}")
-
-    def __init__(self, result: xr.Dataset) -> None:
-        self._result = result.wucht
-        self.dimensionless: bool = self._result.dimensionless
-        self._lines: list[tuple[str, str]] = []
-
-    def add(self, heading: str, line: str, table: Mapping[str, Any] | None = None, key: str = "", **texts: str) -> None:
-        """Add a line, unless one of its numbers is None.
-
-        Parameters
-        ----------
-        heading : str
-            Text in the column beside the line.
-        line : str
-            With fields: ``{breakdown.speed}``, a number of the summary by its path; ``{slip:%}``, a share in percent;
-            ``{turns:.3g}``, with a given format. Numbers of a mapping are listed with their names.
-        table, key
-            For fields of a table in the summary: the table, and its key there, which gives the units.
-        texts
-            Texts for fields of these names.
-        """
-        before = f"{key}." if key else ""
-        values: list[str | None] = []
-
-        def fill_field(field: re.Match[str]) -> str:
-            path, form = field[1], field[2] or ""
-            if path in texts:
-                return texts[path]
-            value: Any = self._result.summary if table is None else table
-            for step in path.split("."):
-                value = value[step] if value is not None else None
-            values.append(self.format_value(value, self._result.unit_at(before + path), form))
-            return values[-1] or ""
-
-        text = self._FIELD.sub(fill_field, line)
-        if None not in values:
-            self._lines.append((heading, text))
-
-    def format_value(self, value: Any, unit: str, form: str = "") -> str | None:
-        """Format a number with its unit, see ``number_text``."""
-        return number_text(value, unit, form, self.dimensionless)
-
-    def report(self, verdict: str) -> list[str]:
-        """All lines, beginning with the title and the verdict."""
-        return [self._result.title, f"verdict: {verdict}", *(f"  {heading:13}{line}" for heading, line in self._lines)]
 
 
 def number_text(value: Any, unit: str, form: str = "", dimensionless: bool = False) -> str | None:
@@ -132,10 +67,6 @@ def band_in_words(band: Sequence[float | None], unit: str, prefix: str = "", dig
 def bodies_in_words(count: int) -> str:
     """The number of bodies in words: ``4 bodies``."""
     return "1 body" if count == 1 else f"{count} bodies"
-
-
-def _optional_format(format_number: Callable[[float], str]) -> Format:
-    return lambda value: "none" if value is None else format_number(value)
 
 
 def _angle(value: float) -> str:

@@ -8,14 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wucht.errors import WuchtError
-from wucht.results.accessor import register_accessor
-from wucht.results.store import to_json
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -114,86 +111,17 @@ def group(name: str, quantities: Sequence[Quantity], long_name: str) -> Quantity
     return Quantity(name, {quantity.name: quantity.value for quantity in quantities}, long_name, parts=parts)
 
 
-@dataclass(frozen=True, eq=False)
-class StudyResult:
-    """The result of a study as quantities and sentences, before it is a Dataset.
-
-    Parameters
-    ----------
-    quantities : sequence of Quantity
-        Each name once among the variables, and once in the summary.
-    sentence : str
-        The result in words.
-    warnings, assumptions : sequences of str
-        Doubts; assumptions of the result beside those that its spec states.
-    failure : str, optional
-        Reason why the result is not complete.
-    attributes : mapping
-        Further attributes of the Dataset: texts and numbers.
-
-    Raises
-    ------
-    WuchtError
-        If two quantities have the same name.
-    """
-
-    quantities: Sequence[Quantity]
-    sentence: str
-    warnings: Sequence[str] = ()
-    assumptions: Sequence[str] = ()
-    failure: str | None = None
-    attributes: Mapping[str, Any] = field(default_factory=dict)
-
-    @cached_property
-    def _keys(self) -> dict[str, Quantity]:
-        return _quantities_by_name(q for q in self.quantities if q.dimensions is None or q.in_summary)
-
-    @property
-    def summary(self) -> dict[str, Any]:
-        """The summary of the contract."""
-        return {"sentence": self.sentence} | {name: quantity.value for name, quantity in self._keys.items()}
-
-    def to_dataset(self, base: xr.Dataset | None = None) -> xr.Dataset:
-        """Return the Dataset; given one with the variables, a copy of it with the attributes.
-
-        They are texts and numbers, so that ``to_netcdf`` writes them; the accessor ``wucht`` reads them.
-        """
-        register_accessor()
-        result = dataset_from_quantities(self.quantities) if base is None else base.copy(deep=False)
-        result.attrs = {
-            "summary": to_json(self.summary, indent=None),
-            "quantities": to_json({name: quantity.facts for name, quantity in self._keys.items()}, indent=None),
-            "sentence": self.sentence,
-            "warnings": to_json(list(self.warnings), indent=None),
-            "assumed": to_json(list(self.assumptions), indent=None),
-            "failure": self.failure or "",
-            **self.attributes,
-        }
-        return result
-
-
-def result_dataset(
-    quantities: Sequence[Quantity],
-    sentence: str,
-    warnings: Sequence[str] = (),
-    assumptions: Sequence[str] = (),
-    failure: str | None = None,
-    **attributes: Any,
-) -> xr.Dataset:
-    """Build the Dataset of a result: see ``StudyResult``."""
-    return StudyResult(quantities, sentence, warnings, assumptions, failure, attributes).to_dataset()
-
-
 def dataset_from_quantities(quantities: Iterable[Quantity]) -> xr.Dataset:
     """Build a Dataset of the quantities that have dimensions, without attributes. Raises ``WuchtError`` for equal names."""
     import xarray as xr_
 
-    variables = _quantities_by_name(q for q in quantities if q.dimensions is not None)
+    variables = quantities_by_name(q for q in quantities if q.dimensions is not None)
     coordinates = {name: q.variable for name, q in variables.items() if q.coordinate or q.dimensions == name}
     return xr_.Dataset({name: q.variable for name, q in variables.items() if name not in coordinates}, coords=coordinates)
 
 
-def _quantities_by_name(quantities: Iterable[Quantity]) -> dict[str, Quantity]:
+def quantities_by_name(quantities: Iterable[Quantity]) -> dict[str, Quantity]:
+    """Return quantities by their names. Raises ``WuchtError`` for equal names."""
     index: dict[str, Quantity] = {}
     for quantity in quantities:
         if index.setdefault(quantity.name, quantity) is not quantity:

@@ -9,13 +9,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import numpy as np
 
 from wucht.machines.structure import Units
-from wucht.results.quantities import Quantity, StudyResult, group
+from wucht.results.accessor import register_accessor
+from wucht.results.quantities import Quantity, dataset_from_quantities, group, quantities_by_name
 from wucht.results.report import MOST_LINES
 from wucht.results.store import to_json
 
@@ -215,21 +215,60 @@ class Answer:
         subject_unit: str = getattr(self._units, kind)
         return unit.replace(kind, subject_unit) if subject_unit else ""
 
-    def result(self) -> StudyResult:
-        """Return all that is stated: for a study that joins or compares several answers."""
+    def fill(self) -> Self:
+        """State what is not stated yet, and return the answer: for a study that joins or compares several."""
         if self._fill is not None:
             fill, self._fill = self._fill, None
             fill(self)
-        return StudyResult(self._quantities, self.sentence, self._warnings, self._assumptions, self.failure, self._attributes)
+        return self
 
-    def to_dataset(self, base: xr.Dataset | None = None) -> xr.Dataset:
-        """Return the Dataset; given one with the variables, a copy of it with the attributes. See ``StudyResult``."""
-        result = self.result()
-        lines = to_json({"verdict": self.verdict, "lines": _shortened(self._lines)}, indent=None)
-        return replace(result, attributes={**result.attributes, "lines": lines}).to_dataset(base)
+    @property
+    def quantities(self) -> Sequence[Quantity]:
+        """All numbers, curves and tables that are stated."""
+        return tuple(self._quantities)
+
+    @property
+    def warnings(self) -> Sequence[str]:
+        """The doubts that are stated."""
+        return tuple(self._warnings)
+
+    @property
+    def attributes(self) -> Mapping[str, Any]:
+        """The further attributes of the Dataset."""
+        return dict(self._attributes)
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """The summary of the contract. Raises ``WuchtError`` if two of its quantities have the same name."""
+        return {"sentence": self.sentence} | {name: quantity.value for name, quantity in self._keys.items()}
+
+    @property
+    def _keys(self) -> dict[str, Quantity]:
+        return quantities_by_name(q for q in self._quantities if q.dimensions is None or q.in_summary)
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the Dataset of the answer.
+
+        Its attributes are texts and numbers, so that ``to_netcdf`` writes them; the accessor ``wucht`` reads them. Raises
+        ``WuchtError`` if two variables, or two keys of the summary, have the same name.
+        """
+        self.fill()
+        register_accessor()
+        result = dataset_from_quantities(self._quantities)
+        result.attrs = {
+            "summary": to_json(self.summary, indent=None),
+            "quantities": to_json({name: quantity.facts for name, quantity in self._keys.items()}, indent=None),
+            "sentence": self.sentence,
+            "warnings": to_json(self._warnings, indent=None),
+            "assumed": to_json(self._assumptions, indent=None),
+            "failure": self.failure or "",
+            **self._attributes,
+            "lines": to_json({"verdict": self.verdict, "lines": _limited_lines(self._lines)}, indent=None),
+        }
+        return result
 
 
-def _shortened(lines: Sequence[Line]) -> Sequence[Line]:
+def _limited_lines(lines: Sequence[Line]) -> Sequence[Line]:
     """Return as many lines as a report has at most: the first and the last ones, and one for all between them."""
     if len(lines) <= MOST_LINES:
         return lines

@@ -22,8 +22,8 @@ from wucht.studies.basin.study import Basin
 from wucht.studies.load_spectrum.study import LoadSpectrum
 from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
-from wucht.studies.spec import Spec
 from wucht.studies.start_stop import StartStop
+from wucht.studies.study import Study
 from wucht.studies.sweep.study import Sweep
 from wucht.web.shared_study import shared_page
 
@@ -127,7 +127,7 @@ def test_about_a_rotor_that_turns_nothing_hangs() -> None:
     ],
     ids=lambda study: study.kind,
 )
-def test_studies_that_start_from_rest_say_so(study: Spec) -> None:
+def test_studies_that_start_from_rest_say_so(study: Study) -> None:
     assert f"{HANGS}, equal bodies 0.001 rad apart" in run(study, machine(ball("p1"), ball("p2"))).wucht.assumed
     assert HANGS in run(study, machine(ball("p1"), ball("p2", mass=0.2))).wucht.assumed
 

@@ -12,8 +12,9 @@ from wucht.dynamics.balancers.damping_optimum import DampingCurve
 from wucht.dynamics.balancers.recommendation import CHECK_SAMPLES, BalancerMerit
 from wucht.dynamics.sampling.searches import balancer_names, is_pareto_optimal
 from wucht.dynamics.verdicts.outcomes import OUTCOMES
+from wucht.extending_0_1 import result_dataset
 from wucht.results.formatting import percent
-from wucht.results.quantities import Quantity, result_dataset
+from wucht.results.quantities import Quantity
 from wucht.studies.optimise_balancer.balancer_plan import Plan
 from wucht.studies.optimise_balancer.computation import Findings, FullCheck
 from wucht.studies.optimise_balancer.recommendation_rows import (

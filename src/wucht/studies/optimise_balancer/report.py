@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from wucht.results.formatting import bodies_in_words, formats, percent, report_lines
+from wucht.extending_0_1 import formats, report_lines
+from wucht.results.formatting import bodies_in_words, percent
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,10 +7,12 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 from pydantic import BeforeValidator, Field
 
 from wucht.errors import InputError, nearest
+from wucht.extending_0_1 import Spec
 from wucht.schema import SI, Composite, composite, si
-from wucht.studies import spec as common
+from wucht.studies import key_types as common
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.shared_keys import EnsembleStudy, Vary
+from wucht.studies.study import AVERAGED_EQUATIONS, FULL_EQUATIONS
 
 Objective = Literal["settling-time", "residual", "peak", "capture-probability"]
 OBJECTIVES: tuple[Objective, ...] = get_args(Objective)
@@ -44,7 +46,7 @@ Objectives = Annotated[tuple[Objective, ...], BeforeValidator(_objectives), Fiel
 BodyCounts = Annotated[tuple[int, ...], BeforeValidator(_bodies), Field(title="numbers of bodies to try")]
 
 
-class OptimiseBalancer(EnsembleStudy, common.Spec):
+class OptimiseBalancer(EnsembleStudy, Spec):
     """Optimise the number, mass, place and damping of the balancing bodies of a machine: a Pareto front.
 
     000, section 6: between oscillation and creep there is a damping with which bodies settle fastest.
@@ -114,5 +116,5 @@ class OptimiseBalancer(EnsembleStudy, common.Spec):
 
     def equations(self) -> str:
         """See ``Spec``."""
-        search_equations = common.FULL_EQUATIONS if self.model == "full" else common.AVERAGED_EQUATIONS
-        return f"{search_equations} for the search, {common.FULL_EQUATIONS} for the front"
+        search_equations = FULL_EQUATIONS if self.model == "full" else AVERAGED_EQUATIONS
+        return f"{search_equations} for the search, {FULL_EQUATIONS} for the front"

@@ -62,7 +62,7 @@ def fill_run(
         return
     units = motions[0].case.machine.units
     run, beside = (
-        Answer(units, fill_one).result()
+        Answer(units, fill_one).fill()
         for fill_one in (partial(fill, ()), partial(_fill_motion, neighbour.motion, None, deck, hangs, ()))
     )
     differing = differing_numbers(run, beside)
@@ -83,7 +83,7 @@ def _fill_models(
     _fill_motion(first, check, deck, hangs, chance, a)
     for motion in averaged:
         slow = Answer(first.case.machine.units, partial(_fill_motion, motion, None, deck, hangs, ()))
-        state_averaged(a, motions, slow.result())
+        state_averaged(a, motions, slow.fill())
 
 
 def _fill_motion(

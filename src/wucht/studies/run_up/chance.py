@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES
 from wucht.numerics.alike_numbers import are_alike, largest_number
-from wucht.results.quantities import Quantity, StudyResult, group
+from wucht.results.quantities import Quantity, group
 from wucht.studies.answer import Answer
 
 ONE_OF_MANY = "one_of_many"
@@ -17,7 +17,7 @@ _START = "1e-6 rad"  # ``neighbours.DISPLACEMENT``
 _NO_RESULTS = ("energy_residual", "damper_mismatch", "natural_frequencies", "dimensionless", "advice", "amplitude_unit")
 
 
-def differing_numbers(run_result: StudyResult, neighbour: StudyResult) -> list[Quantity]:
+def differing_numbers(run_result: Answer, neighbour: Answer) -> list[Quantity]:
     """Return what a run from a neighbouring start has in place of the numbers of a run, where they differ."""
     of_neighbour = {q.name: q for q in neighbour.quantities if q.dimensions is None or q.in_summary}
     numbers = [q for q in run_result.quantities if (q.dimensions is None or q.in_summary) and q.name not in _NO_RESULTS]

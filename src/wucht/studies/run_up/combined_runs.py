@@ -13,7 +13,7 @@ import numpy as np
 from wucht.dynamics.run_ups.deviations import compared_motion, deviations_by_angle, deviations_by_phase
 from wucht.dynamics.run_ups.run_up import Motion
 from wucht.results.formatting import number_text
-from wucht.results.quantities import Quantity, StudyResult
+from wucht.results.quantities import Quantity
 from wucht.studies.answer import Answer
 from wucht.studies.run_up.figure import mean_phase, rotor_angle
 
@@ -41,13 +41,13 @@ def printed_number(a: Answer, value: float | None, unit: str) -> str:
     return str(number_text(value, "" if is_dimensionless else unit, "", is_dimensionless))
 
 
-def state_averaged(a: Answer, motions: Sequence[Motion], slow: StudyResult) -> None:
+def state_averaged(a: Answer, motions: Sequence[Motion], slow: Answer) -> None:
     """State the averaged run-up beside the full one, at the same times, and how far they are apart at equal angle and phase.
 
     Variables slow_angle, slow_speed (body, time), slow_phase (balancer, time), slow_amplitude, slow_radius (time);
     speed_deviation and radius_deviation (compared), at equal angle of the rotor. Summary: ``slow`` and ``deviations``.
     """
-    full = {q.name: q for q in a.result().quantities if q.dimensions is not None}
+    full = {q.name: q for q in a.quantities if q.dimensions is not None}
     slow_by_name = {q.name: q for q in slow.quantities if q.dimensions is not None}
     for name, q in full.items():
         if name in _COMPARED_VARIABLES and name in slow_by_name:
@@ -91,7 +91,7 @@ def stack_padded(arrays: Sequence[Any]) -> np.ndarray:
 
 
 def state_cases(
-    a: Answer, along: str | None, cases: Sequence[RunCase], results: Sequence[StudyResult], finished_count: int,
+    a: Answer, along: str | None, cases: Sequence[RunCase], results: Sequence[Answer], finished_count: int,
     further_parts: Mapping[str, str],
 ) -> None:  # fmt: skip
     """State many runs, which may be fewer than the cases: how many have which outcome, and the summary of each.
@@ -118,7 +118,7 @@ def state_cases(
 
 
 def state_machine_runs(
-    a: Answer, along: str | None, over: str, cases: Sequence[RunCase], results: Sequence[StudyResult], finished_count: int
+    a: Answer, along: str | None, over: str, cases: Sequence[RunCase], results: Sequence[Answer], finished_count: int
 ) -> None:
     """State many run-ups of a machine over time, sampled no more densely than a figure needs, and a line for each."""
     state_cases(a, along, cases, results, finished_count, {})
@@ -145,7 +145,7 @@ def state_machine_runs(
     a.curve("case", [c.label for c, _ in zip(cases, results, strict=False)], "case")
 
 
-def _abscissae(result: StudyResult, over: str) -> dict[str, Quantity]:
+def _abscissae(result: Answer, over: str) -> dict[str, Quantity]:
     """Return the abscissa of the figure for each model of a run; none where that is the time."""
     values = {q.name: np.asarray(q.value) for q in result.quantities if q.dimensions is not None}
     models = [model for model in ("", "slow_") if f"{model}angle" in values and over != "time"]

@@ -197,7 +197,7 @@ class RunUp(SingleRun):
         if not self.is_several:
             fills[0](a)
             return
-        results = [Answer(machine.units, fill).result() for fill in fills]
+        results = [Answer(machine.units, fill).fill() for fill in fills]
         state_machine_runs(a, self.along, self.over, cases, results, finished_count)
 
     def _run_system(self, cases: tuple[RunCase, ...], work: Work) -> Iterator[Answer]:

@@ -140,7 +140,7 @@ def fill_system_runs(
         partial(fill_system_run, case.run[0], run, max(most // len(cases), 2), MOST_PLACES // len(cases), tolerance)
         for case, run in zip(cases, runs, strict=False)
     ]
-    results = [Answer(fill=fill).result() for fill in fills]
+    results = [Answer(fill=fill).fill() for fill in fills]
     a.attribute(**results[0].attributes)
     state_cases(a, along, cases, results, len(results), _CASE_WORDS)
     by_name = [{q.name: q for q in r.quantities} for r in results]
