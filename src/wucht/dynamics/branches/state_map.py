@@ -33,6 +33,7 @@ from wucht.dynamics.branches.second_parameter import (
 )  # fmt: skip
 from wucht.dynamics.branches.state_rows import (
     STABLE,
+    ExaminedPlace,
     NoOrbit,
     OrbitRow,
     RowCase,
@@ -131,20 +132,6 @@ class StateFindings:
     def orbit_rows(self) -> list[OrbitRow]:
         """Rows in which there is a modulated motion."""
         return [row for row in self.orbits if isinstance(row, OrbitRow)]
-
-
-@dataclass(frozen=True)
-class ExaminedPlace:
-    """Motions at a place (x, y). names: of stable steady states. level: of modulated ones: 0 none, 1 unstable, 2 stable."""
-
-    x: float
-    y: float
-    names: tuple[str, ...]
-    level: int
-
-    def key(self, without: frozenset[str] = frozenset()) -> str:
-        """Return what is compared with other places. without: names that are left out."""
-        return f"{self.level};{','.join(sorted(set(self.names) - without))}"
 
 
 def examined_places(case: StateMapCase, findings: StateFindings) -> list[ExaminedPlace]:

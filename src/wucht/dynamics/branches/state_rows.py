@@ -105,6 +105,20 @@ class OrbitRow:
 
 
 @dataclass(frozen=True)
+class ExaminedPlace:
+    """Motions at a place (x, y). names: of stable steady states. level: of modulated ones: 0 none, 1 unstable, 2 stable."""
+
+    x: float
+    y: float
+    names: tuple[str, ...]
+    level: int
+
+    def key(self, without: frozenset[str] = frozenset()) -> str:
+        """Return what is compared with other places. without: names that are left out."""
+        return f"{self.level};{','.join(sorted(set(self.names) - without))}"
+
+
+@dataclass(frozen=True)
 class NoOrbit:
     """Reason why there is no branch of orbits at a value of the second parameter."""
 

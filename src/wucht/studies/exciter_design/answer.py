@@ -355,13 +355,10 @@ def _state_comparison(
     if texts and design is not None:
         first = f"over the same beats, not counted before: design {100 * design.distances[trials.metric]:.2f} %"
         a.line("compared", ", ".join([first, *texts]))
-    of_cliff = None
     if cliff is not None:
-        of_cliff = {
-            "parameter": cliff.parameter, "value": cliff.value, "distance": cliff.distance, "inside": cliff.inside,
-        }  # fmt: skip
         change = f"{100 * abs(cliff.distance):.2g} % {'less' if cliff.distance < 0 else 'more'} {cliff.parameter}"
         clause += f"; with {change} it does not beat" if design is not None else ""
+    of_cliff = cliff and {key: getattr(cliff, key) for key in ("parameter", "value", "distance", "inside")}
     a.number("cliff", of_cliff, "nearest value at which it does not beat, in the averaged equations")
     return clause
 
