@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from tests.refusals import refused
 
-from wucht.dynamics.parameters import checked_range, parameter_of, values_of, with_parameters
+from wucht.dynamics.parameters import checked_range, parameter_of, values_of
 from wucht.errors import InputError
 from wucht.files.catalogue import load_equations, load_machine
 
@@ -28,7 +28,7 @@ def test_the_ends_of_a_range() -> None:
 def test_values_and_the_subject_with_them() -> None:
     for subject, path in ((MACHINE, "sigma"), (OWN, "mu")):
         (value,) = values_of(subject, parameter_of(subject, path), (0.3,))
-        assert with_parameters(subject, {path: value}).values == {**subject.values, path: 0.3}
+        assert subject.with_values({path: value}).values == {**subject.values, path: 0.3}
         with pytest.raises(InputError) as raised:
             parameter_of(subject, "nu", "second")
         assert raised.value.location == "study.second"

@@ -126,12 +126,12 @@ def test_the_equations_have_names_angles_and_values() -> None:
         ("theta", "omega"), ("k", "c"), "pendulum", {"k": 4.0, "c": 0.2},
     )  # fmt: skip
     assert [a.name for a in s.angles] == ["theta"]
-    assert own.with_parameters({"k": 9.0}).values == {"k": 9.0, "c": 0.2}
+    assert own.with_values({"k": 9.0}).values == {"k": 9.0, "c": 0.2}
     assert own.parameters["k"].value == 4.0
     with rejected("no-value", "k"):
         UserSystem(s, {"c": 1.0})
     with rejected("unknown-parameter", "d"):
-        own.with_parameters({"d": 1.0})
+        own.with_values({"d": 1.0})
 
 
 def test_kinks_are_met_exactly() -> None:

@@ -15,10 +15,12 @@ from tests.refusals import refused
 
 from wucht.errors import InputError
 from wucht.files.catalogue import FOLDER, load_equations, load_machine, names
+from wucht.machines.structure import DIMENSIONLESS
+from wucht.machines.subject import Subject
 from wucht.numerics.flow.program import Evaluator
 from wucht.studies.memory import question_of, without_titles
 from wucht.studies.study_file import read_study, run_file
-from wucht.studies.subjects import MACHINE, MACHINE_OR_SYSTEM, MachineOrSystemSubject, _text, subject_system
+from wucht.studies.subjects import MACHINE, MACHINE_OR_SYSTEM, MachineOrSystemSubject, _text
 
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"
 BARE = re.compile(rf"(?<=[\s\[,=]){NUMBER}(?=[\s\],}}]|$)")  # a TOML number
@@ -122,15 +124,16 @@ until = "0.3 s"
 
 def test_machines_and_own_equations_are_systems_with_values() -> None:
     own, machine = load_equations("drozdetskaya-2020/figure-2.10"), load_machine("drozdetskaya-2020/table-5.1")
-    assert subject_system(own) is own
-    of_machine = subject_system(machine)
-    assert of_machine.system == machine.system and of_machine.values["u"] == 2.5
-    for each in (own, of_machine):
+    subjects: tuple[Subject, ...] = own, machine
+    for each in subjects:
         numbers = each.system.values(each.values)
         rates = Evaluator.of_rates(each.system)(np.zeros(1), np.full((len(each.system.states), 1), 0.3), numbers)
         assert np.isfinite(list(rates.values())).all()
-        described = MACHINE_OR_SYSTEM.describe(each if each is own else machine)
+        described = MACHINE_OR_SYSTEM.describe(each)
         assert described.facts["parameters"] == dict(each.values) and described.dimensionless
+        assert each.units == DIMENSIONLESS and not each.schedules
+        path = next(iter(each.values))
+        assert each.with_values({path: 0.25}).values == {**each.values, path: 0.25}
 
 
 def test_two_sets_of_equations_differ_by_their_structure() -> None:

@@ -2,60 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from wucht.errors import InputError, nearest
-from wucht.files.user_system import UserSystem
-from wucht.machines.limits import check_values
-from wucht.machines.machine import Machine
+from wucht.machines.subject import Subject
 from wucht.schema import Parameter, Unit, read_quantity
 
 Value = float | str  # in the unit of a parameter of the subject
 
 
-def parameter_of(subject: Machine | UserSystem, path: str, key: str = "along") -> Parameter:
+def parameter_of(subject: Subject, path: str, key: str = "along") -> Parameter:
     """Return the parameter of a path. Raises ``InputError`` at ``study.<key>`` if there is none, or it follows a schedule."""
     if path not in subject.parameters:
         raise InputError(
             f"study.{key}", path, f"unknown parameter; {nearest(path, subject.parameters)}", code="unknown-parameter"
         )
-    if isinstance(subject, Machine) and any(s.parameter == path for s in subject.schedules):
+    if any(s.parameter == path for s in subject.schedules):
         raise InputError(f"study.{key}", path, "not allowed: this parameter follows a schedule", code="scheduled")
     return subject.parameters[path]
 
 
-def with_parameters(subject: Machine | UserSystem, values: Mapping[str, float]) -> Machine | UserSystem:
-    """Return the subject with other parameter values. Raises ``InputError`` for one that a machine's part does not allow."""
-    return subject.with_values(values) if isinstance(subject, Machine) else subject.with_parameters(values)
-
-
-def values_of(
-    subject: Machine | UserSystem, along: Parameter, entries: Sequence[Value], key: str = "values"
-) -> tuple[float, ...]:
+def values_of(subject: Subject, along: Parameter, entries: Sequence[Value], key: str = "values") -> tuple[float, ...]:
     """Return values of a parameter in SI units. Raises ``InputError`` at ``study.<key>[i]`` for one that is not allowed."""
     unit, values = Unit(along.unit, along.long_name), []
     for i, value in enumerate(entries):
         values.append(read_quantity(unit, value, f"study.{key}[{i}]"))
-        _refuse_if_not_allowed(subject, along, values[-1], f"study.{key}[{i}]")
+        subject.check_values({along.path: values[-1]}, f"study.{key}[{i}]")
     return tuple(values)
 
 
-def checked_range(
-    subject: Machine | UserSystem, along: Parameter, pair: Sequence[Value], key: str = "range"
-) -> tuple[float, float]:
+def checked_range(subject: Subject, along: Parameter, pair: Sequence[Value], key: str = "range") -> tuple[float, float]:
     """Return low and high of a range of a parameter, in SI, both allowed by the machine.
 
     Raises ``InputError`` as ``range_of``, and at ``study.<key>[i]`` for an end that is not allowed.
     """
     ends = range_of(Unit(along.unit, along.long_name), pair, key)
     for i, value in enumerate(ends):
-        _refuse_if_not_allowed(subject, along, value, f"study.{key}[{i}]")
+        subject.check_values({along.path: value}, f"study.{key}[{i}]")
     return ends
-
-
-def _refuse_if_not_allowed(subject: Machine | UserSystem, along: Parameter, value: float, location: str) -> None:
-    if isinstance(subject, Machine):
-        check_values(subject.parts, {along.path: value}, location, subject.values)
 
 
 def range_of(unit: Unit, pair: Sequence[Value], key: str = "range") -> tuple[float, float]:

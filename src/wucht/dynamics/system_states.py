@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from wucht.errors import InputError, RunError, nearest
-from wucht.files.user_system import UserSystem
+from wucht.machines.subject import Subject
 from wucht.numerics.flow.program import Evaluator
 from wucht.schema import Unit, read_quantity
 from wucht.system import System
@@ -28,7 +28,7 @@ def states_from(system: System, given_values: Mapping[str, Any], location: str) 
     return np.array([state_value(name, given_values.get(name, 0.0), f"{location}.{name}") for name in system.state_names])
 
 
-def refuse_singular_start(subject: UserSystem, start: np.ndarray, location: str) -> None:
+def refuse_singular_start(subject: Subject, start: np.ndarray, location: str) -> None:
     """Raise ``InputError`` for a start (n,) at which the derivative of a state is no finite number."""
     system, names = subject.system, subject.system.state_names
     try:

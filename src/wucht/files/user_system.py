@@ -13,6 +13,8 @@ import sympy as sp
 from wucht.errors import InputError, WuchtError, nearest
 from wucht.files.documents import Document, flatten, settings_in
 from wucht.files.formulas import CONSTANTS, FUNCTIONS, formula
+from wucht.machines.schedules import Schedule
+from wucht.machines.structure import DIMENSIONLESS, Units
 from wucht.numerics.flow.program import Evaluator
 from wucht.schema import Parameter, Unit, read_quantity, refuse_unknown, require_table, text
 from wucht.system import TIME, System
@@ -94,9 +96,22 @@ class UserSystem:
         """The parameters by name, each with value and unit, as those of a machine."""
         return {name: Parameter(name, float(value), "", name, f"parameter {name}") for name, value in self.values.items()}
 
-    def with_parameters(self, values: Mapping[str, float]) -> UserSystem:
+    @property
+    def units(self) -> Units:
+        """No units."""
+        return DIMENSIONLESS
+
+    @property
+    def schedules(self) -> tuple[Schedule, ...]:
+        """No schedules: what changes over time is in the equations."""
+        return ()
+
+    def with_values(self, values: Mapping[str, float]) -> UserSystem:
         """The same equations with other values of some parameters. Raises ``WuchtError`` for one that they do not have."""
         return UserSystem(self.system, {**self.values, **values}, self.title)
+
+    def check_values(self, values: Mapping[str, float], location: str | Mapping[str, str] | None = None) -> None:
+        """All values are allowed."""
 
 
 def equations_from(document: Document, title: str = "") -> UserSystem:

@@ -22,7 +22,7 @@ from wucht.machines.parts.base import Body, Drive, Load, Part, ShaftPart
 from wucht.machines.parts.support import Support
 from wucht.machines.parts.track import TrackBody, check_frequency
 from wucht.machines.schedules import Schedule, schedules_of
-from wucht.machines.structure import Units
+from wucht.machines.structure import DIMENSIONLESS, Units
 from wucht.machines.tracks import FREQUENCY_RATIO, MechanismT, arrange_contacts, balancing_capacity, starts, tracks_of
 from wucht.machines.tree import RotatingBody, SlidingBody, Tree
 from wucht.mechanics.energies import Energies
@@ -149,7 +149,7 @@ def _attach_to_shafts(shafts: tuple[ShaftT, ...], bodies: Sequence[Body]) -> tup
 
 def _fields_of_model(model: DimensionlessMachine, schedules: Any, title: str) -> dict[str, Any]:
     frame = model.reference_frame()
-    parameters, units = {p.path: p for p in model.parameters()}, Units(*[""] * 7)
+    parameters, units = {p.path: p for p in model.parameters()}, DIMENSIONLESS
     return {
         "title": title or f"{model.kind}, {model.equations}",
         "carrier": model.coordinates(),

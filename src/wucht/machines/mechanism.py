@@ -144,9 +144,13 @@ class Mechanism(Bodies):
             if path not in self.parameters:
                 raise InputError(path, value, f"unknown parameter; {nearest(path, self.parameters)}")
             si_values[path] = read_quantity(Unit(self.parameters[path].unit, self.parameters[path].long_name), value, path)
-        check_values(self.parts, si_values, present=self.values)
+        self.check_values(si_values)
         machine = self.with_unchecked_values(si_values)
         return machine.with_fields(tracks=tuple(t.with_values(si_values) for t in self.tracks)) if self.tracks else machine
+
+    def check_values(self, values: Mapping[str, float], location: str | Mapping[str, str] | None = None) -> None:
+        """Raise ``InputError`` if the parts do not allow these values. location: of the error, or the locations by path."""
+        check_values(self.parts, values, location, self.values)
 
     def with_unchecked_values(self, values: Mapping[str, float]) -> Self:
         """``with_values`` for values that are known to be allowed, such as those between the points of a schedule."""

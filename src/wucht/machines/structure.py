@@ -35,6 +35,9 @@ class Units:
     speed: str = "rad/s"
 
 
+DIMENSIONLESS = Units(*[""] * 7)
+
+
 @dataclass(frozen=True)
 class Structure(Bodies):
     """Energies in named coordinates. See ``Machine`` for the fields they share; parameter_paths: of the parameters."""

@@ -104,7 +104,7 @@ class Description:
     parts: tuple[Mapping[str, Any], ...] = ()
 
 
-class Subject(Protocol):
+class SubjectKind(Protocol):
     """A kind of subject."""
 
     def from_document(self, document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Any, Document]:
@@ -120,7 +120,7 @@ class MachineSubject:
     """The machine of the table ``[machine]``."""
 
     def from_document(self, document: Document, path: Path, name: str, settings: Mapping[str, Any]) -> tuple[Machine, Document]:
-        """See ``Subject``."""
+        """See ``SubjectKind``."""
         if "system" in document and "machine" not in document:
             raise InputError("system", None, "the subject of this study must be a machine: give a table [machine]")
         refuse_unknown(document, (*ABOUT, "machine"), "")
@@ -128,7 +128,7 @@ class MachineSubject:
         return machine, {"machine": tables}
 
     def describe(self, subject: Any) -> Description:
-        """See ``Subject``."""
+        """See ``SubjectKind``."""
         if not isinstance(subject, Machine):
             raise InputError("machine", subject, "the subject of this study must be a machine")
         facts = {
@@ -174,7 +174,7 @@ class MachineOrSystemSubject:
     def from_document(
         self, document: Document, path: Path, name: str, settings: Mapping[str, Any]
     ) -> tuple[Machine | UserSystem, Document]:
-        """See ``Subject``."""
+        """See ``SubjectKind``."""
         if "system" not in document:
             if "machine" not in document:
                 raise InputError("machine", None, "give a table [machine], or the equations of a table [system]")
@@ -186,7 +186,7 @@ class MachineOrSystemSubject:
         return equations, {"system": tables}
 
     def describe(self, subject: Any) -> Description:
-        """See ``Subject``."""
+        """See ``SubjectKind``."""
         if isinstance(subject, Machine):
             return MACHINE.describe(subject)
         if not isinstance(subject, UserSystem):
@@ -199,21 +199,12 @@ class MachineOrSystemSubject:
         return Description(subject.title, True, facts)
 
 
-def subject_system(subject: Machine | UserSystem) -> UserSystem:
-    """The System of a study's subject with its parameter values: of a machine, the full equations of motion."""
-    return subject if isinstance(subject, UserSystem) else UserSystem(subject.system, _parameter_values(subject), subject.title)
-
-
-def _parameter_values(machine: Machine) -> dict[str, float]:
-    return {name: machine.values[name] for name in machine.system.parameter_names}
-
-
 MACHINE = MachineSubject()
 MACHINE_OR_SYSTEM = MachineOrSystemSubject()
 
 
-def subject_of(spec: Study | type[Study]) -> Subject:
+def subject_of(spec: Study | type[Study]) -> SubjectKind:
     """The kind of subject that a spec names."""
     module, _, name = spec.subject.partition(":")
-    subject: Subject = getattr(import_module(module), name)
+    subject: SubjectKind = getattr(import_module(module), name)
     return subject

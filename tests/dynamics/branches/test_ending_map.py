@@ -320,11 +320,20 @@ def test_a_curve_explains_only_what_it_passes_between(monkeypatch: pytest.Monkey
     assert sorted(asked) == [-0.75, 0.75]
 
 
-def test_steady_states_are_those_in_the_middle_of_the_plane(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_steady_states_are_those_in_the_middle_of_the_plane() -> None:
     """Of the second parameter, over the first; what modulates them depends on the third."""
     given = list[Any]()
-    monkeypatch.setattr(ending_map, "with_parameters", lambda subject, values: given.append(values) or subject)
-    case(plane=ParameterPlane(("p", "mu", "b"), ((-0.4, 0.4), (-0.06, 0.06), (0.1, 0.3))))
+
+    class Observed(wucht.UserSystem):
+        """Equations that note the values that they are asked for."""
+
+        def with_values(self, values: Any) -> wucht.UserSystem:
+            given.append(values)
+            return super().with_values(values)
+
+    equations = Observed(EQUATIONS.system, EQUATIONS.values, EQUATIONS.title)
+    plane = ParameterPlane(("p", "mu", "b"), ((-0.4, 0.4), (-0.06, 0.06), (0.1, 0.3)))
+    EndingMapCase.of(equations, plane, 2, BranchSettings(ranges=RANGES), ORBITS)
     assert given == [{"b": pytest.approx(0.2)}]
 
 

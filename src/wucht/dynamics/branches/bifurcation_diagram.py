@@ -35,10 +35,10 @@ from wucht.dynamics.branches.steady_states import (
     SystemEquilibria,
     speed_range_text,
 )
-from wucht.dynamics.parameters import checked_range, parameter_of, with_parameters
+from wucht.dynamics.parameters import checked_range, parameter_of
 from wucht.dynamics.work import Work, result_or_reason, with_result
-from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
+from wucht.machines.subject import Subject
 
 MOST_BRANCHES = 100  # at one value of the second parameter
 _SEARCHING = 0.9  # share of the work
@@ -69,7 +69,7 @@ class BranchCase:
 
     @classmethod
     def of(
-        cls, subject: Machine | UserSystem, path: str, bounds: Range, settings: BranchSettings,
+        cls, subject: Subject, path: str, bounds: Range, settings: BranchSettings,
         plane: SecondParameter | None = None, second: tuple[str, tuple[float, ...]] | None = None,
     ) -> BranchCase:  # fmt: skip
         """Set up the states of a machine, or of user equations, over a parameter.
@@ -97,8 +97,8 @@ class BranchCase:
             Where a setting does not fit the subject, or it has no averaged equations.
         """
         bounds = checked_range(subject, parameter_of(subject, path), bounds)
-        subjects: dict[float | None, Machine | UserSystem] = {None: subject} if second is None else {
-            value: with_parameters(subject, {second[0]: value}) for value in second[1]
+        subjects: dict[float | None, Subject] = {None: subject} if second is None else {
+            value: subject.with_values({second[0]: value}) for value in second[1]
         }  # fmt: skip
         states_by_second_value = tuple((value, _states(there, path, bounds, settings)) for value, there in subjects.items())
         return cls(states_by_second_value, plane, _searched_values(bounds, settings.points), settings.only)
@@ -113,7 +113,7 @@ class BranchCase:
         return self.states_by_second_value[0][1]
 
 
-def _states(subject: Machine | UserSystem, path: str, bounds: Range, settings: BranchSettings) -> SteadyStates:
+def _states(subject: Subject, path: str, bounds: Range, settings: BranchSettings) -> SteadyStates:
     if isinstance(subject, Machine):
         return AveragedEquilibria.of(subject, path, bounds, settings)
     return SystemEquilibria.of(subject, path, bounds, settings)

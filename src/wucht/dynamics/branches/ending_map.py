@@ -16,11 +16,9 @@ from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding, ending_
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.plane_regions import Bounds, PlaneCurve, PlanePoint, cell_centres, divide_plane
 from wucht.dynamics.branches.steady_states import BranchSettings
-from wucht.dynamics.parameters import with_parameters
 from wucht.dynamics.work import Work, with_result
 from wucht.errors import WuchtError
-from wucht.files.user_system import UserSystem
-from wucht.machines.machine import Machine
+from wucht.machines.subject import Subject
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 
 _PLACES, _CURVES = 0.7, 0.9  # shares of the work at which these are done
@@ -41,14 +39,14 @@ class EndingMapCase:
 
     @classmethod
     def of(
-        cls, subject: Machine | UserSystem, plane: ParameterPlane, cells: int, settings: BranchSettings, orbits: OrbitSettings
+        cls, subject: Subject, plane: ParameterPlane, cells: int, settings: BranchSettings, orbits: OrbitSettings
     ) -> EndingMapCase:
         """Set up the plane of a machine, or of user equations. settings, orbits: of steady states and modulated motions.
 
         Raises ``InputError`` where a setting does not fit the subject, or it has no averaged equations.
         """
         third, along, second = plane.paths
-        middle = with_parameters(subject, {second: sum(plane.bounds[2]) / 2})
+        middle = subject.with_values({second: sum(plane.bounds[2]) / 2})
         steady_states = BranchCase.of(middle, along, plane.bounds[1], settings).steady_states
         motion = ModulatedMotion.of(subject, third, plane.bounds[0], orbits, steady_states)
         motion.refuse_idle({"along": along, "second": second, "eliminate": third})

@@ -13,8 +13,7 @@ from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
 from wucht.dynamics.branches.plane_regions import Range
 from wucht.dynamics.branches.steady_states import Heartbeat, SteadyStates, SystemEquilibria
 from wucht.errors import InputError, RunError
-from wucht.files.user_system import UserSystem
-from wucht.machines.machine import Machine
+from wucht.machines.subject import Subject
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.deflation import disconnected_branches, random_starts
 from wucht.numerics.continuation.equations import EquilibriumEquations
@@ -43,7 +42,7 @@ class ModulatedMotion:
 
     @classmethod
     def of(
-        cls, subject: Machine | UserSystem, path: str, bounds: Range, settings: OrbitSettings, steady_states: SteadyStates
+        cls, subject: Subject, path: str, bounds: Range, settings: OrbitSettings, steady_states: SteadyStates
     ) -> ModulatedMotion:  # fmt: skip
         """Set up the motions of a machine, or of user equations, along a parameter within bounds.
 

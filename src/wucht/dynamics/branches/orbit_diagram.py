@@ -27,8 +27,8 @@ from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.work import Work, result_or_reason, with_result
 from wucht.errors import InputError, RunError
-from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
+from wucht.machines.subject import Subject
 from wucht.numerics.periodic.branch_ends import CLOSED_BRANCH
 from wucht.numerics.periodic.cycle import FOLD, Cycle
 from wucht.numerics.periodic.cycle_starts import cycle_from_nodes, cycles_with
@@ -71,7 +71,7 @@ class OrbitCase:
 
     @classmethod
     def of(
-        cls, subject: Machine | UserSystem, path: str, bounds: tuple[float, float], settings: OrbitSettings,
+        cls, subject: Subject, path: str, bounds: tuple[float, float], settings: OrbitSettings,
         run_values: tuple[float, ...] | None = None, values: tuple[float, ...] | None = None,
     ) -> OrbitCase:  # fmt: skip
         """Set up the orbits of a machine, or of user equations, over the parameter of a path.
@@ -101,7 +101,7 @@ class OrbitCase:
         return cls(problem, settings, run_values, values, steady, no_steady_reason)
 
 
-def _steady(subject: Machine | UserSystem, problem: OrbitProblem, settings: OrbitSettings) -> tuple[BranchCase | None, str]:
+def _steady(subject: Subject, problem: OrbitProblem, settings: OrbitSettings) -> tuple[BranchCase | None, str]:
     """Return the case of the steady states, or why they are not searched."""
     if not isinstance(subject, Machine) and settings.ranges is None:
         return None, "equilibria are searched only if ranges = { STATE = [low, high] } is given"

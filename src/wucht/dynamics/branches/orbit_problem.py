@@ -15,9 +15,9 @@ from wucht.dynamics.branches.steady_states import Labels
 from wucht.dynamics.run_ups.hanging_start import with_default_start
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in
 from wucht.errors import InputError, nearest
-from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.machines.operation import machine_at_speed as steady_machine
+from wucht.machines.subject import Subject
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.periodic.branch_ends import significant_value
 from wucht.system import System
@@ -77,7 +77,7 @@ class OrbitProblem:
     embedding: np.ndarray | None = None
 
     @classmethod
-    def of(cls, subject: Machine | UserSystem, path: str, bounds: Range, settings: OrbitSettings) -> OrbitProblem:
+    def of(cls, subject: Subject, path: str, bounds: Range, settings: OrbitSettings) -> OrbitProblem:
         """Set up the equations along a parameter.
 
         Raises ``InputError`` where a machine has no averaged equations, where user equations depend on time, or a key does not
@@ -168,7 +168,7 @@ def _observables(
     return observables
 
 
-def _equations_problem(settings: OrbitSettings, subject: UserSystem, path: str, bounds: Range) -> OrbitProblem:
+def _equations_problem(settings: OrbitSettings, subject: Subject, path: str, bounds: Range) -> OrbitProblem:
     system, names = _bare(subject.system), subject.system.state_names
     for key in ("inertia", "together"):
         if getattr(settings, key):

@@ -43,10 +43,8 @@ from wucht.dynamics.branches.state_rows import (
     steady_row,
 )  # fmt: skip
 from wucht.dynamics.branches.steady_states import BranchSettings, Heartbeat
-from wucht.dynamics.parameters import with_parameters
 from wucht.dynamics.work import Work, result_or_reason, with_result
-from wucht.files.user_system import UserSystem
-from wucht.machines.machine import Machine
+from wucht.machines.subject import Subject
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
 from wucht.numerics.periodic.cycle import BRANCH_POINT
 
@@ -66,7 +64,7 @@ class StateMapCase:
     steady states. motion: None where modulated ones are left out. warnings: doubts about the equations.
     """
 
-    subject: Machine | UserSystem
+    subject: Subject
     paths: tuple[str, str]
     bounds: Bounds
     cells: int
@@ -76,7 +74,7 @@ class StateMapCase:
 
     @classmethod
     def of(
-        cls, subject: Machine | UserSystem, paths: tuple[str, str], bounds: Bounds, cells: int, settings: BranchSettings,
+        cls, subject: Subject, paths: tuple[str, str], bounds: Bounds, cells: int, settings: BranchSettings,
         orbits: OrbitSettings | None,
     ) -> StateMapCase:  # fmt: skip
         """Set up the plane of a machine, or of user equations. orbits: of modulated motions, None to leave them out.
@@ -92,7 +90,7 @@ class StateMapCase:
 
     def row(self, second: float) -> BranchCase:
         """Return the steady states over the first parameter at a value of the second."""
-        subject = with_parameters(self.subject, {self.paths[1]: second})
+        subject = self.subject.with_values({self.paths[1]: second})
         return BranchCase.of(subject, self.paths[0], self.bounds[0], self.settings)
 
     def centres(self, k: int) -> np.ndarray:

@@ -13,8 +13,8 @@ import numpy as np
 from wucht.analysis.averaged_equations import AveragedEquations
 from wucht.analysis.configurations.closed_form import State
 from wucht.errors import InputError, RunError, nearest
-from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
+from wucht.machines.subject import Subject
 from wucht.numerics.angles import wrap_angle
 from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.deflation import deflated_solutions, random_starts
@@ -204,7 +204,7 @@ class SystemEquilibria:
     show: the state that is drawn. The unknowns (n+1,) of a point are the states and the parameter's value.
     """
 
-    subject: UserSystem
+    subject: Subject
     path: str
     bounds: tuple[float, float]
     ranges: Mapping[str, tuple[float, float]]
@@ -212,7 +212,7 @@ class SystemEquilibria:
 
     @classmethod
     def of(
-        cls, subject: UserSystem, path: str, bounds: tuple[float, float], settings: BranchSettings
+        cls, subject: Subject, path: str, bounds: tuple[float, float], settings: BranchSettings
     ) -> SystemEquilibria:  # fmt: skip
         """Set up the equilibria. Raises ``InputError`` where a setting does not fit the equations, or they depend on time."""
         names, turning = subject.system.state_names, {s.name for s in subject.system.angles}

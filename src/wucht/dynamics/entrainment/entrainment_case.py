@@ -14,7 +14,6 @@ from wucht.dynamics.parameters import parameter_of
 from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.dynamics.verdicts.locking import is_locking
 from wucht.errors import InputError
-from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of
 from wucht.machines.tree import RotatingBody
@@ -55,7 +54,7 @@ class SweptParameter:
         """Raise ``InputError`` where a part does not allow a value."""
         if self.name == AMPLITUDE and value < 0:
             raise InputError(location, value, "must be an amplitude of at least 0")
-        check_values(machine.parts, self.values(value), location, machine.values)
+        machine.check_values(self.values(value), location)
 
     def widest(self, machine: Machine) -> tuple[float, float] | None:
         """Return limits far beyond any band, within which it is searched; None where no scale is known."""

@@ -14,7 +14,7 @@ from wucht.dynamics.limit_sets.long_run import LongRunSettings
 from wucht.dynamics.sampling.label_maps import border_cells_not_run, cells_to_halve, halve_cells
 from wucht.dynamics.system_states import state_range, state_row
 from wucht.dynamics.work import Work
-from wucht.files.user_system import UserSystem
+from wucht.machines.subject import Subject
 from wucht.numerics.angles import TURN
 
 _WHOLE_TURN = 1e-4  # of a turn
@@ -43,7 +43,7 @@ class StateAxis:
         return np.asarray(self.low + (self.high - self.low) * (np.arange(count) + 0.5) / count)
 
 
-def state_axis(subject: UserSystem, name: str, definition: tuple[object, object, int]) -> StateAxis:
+def state_axis(subject: Subject, name: str, definition: tuple[object, object, int]) -> StateAxis:
     """Build an axis from the name of a state. Raises ``InputError`` at ``study.axes.<name>``."""
     location = f"study.axes.{name}"
     row = state_row(subject.system, name, location)
@@ -70,7 +70,7 @@ class AttractorLabels:
 class AttractorMap:
     """A map. axes: over x and over y. base: (n, M), the start in each cell, row by row, but for the states of the axes."""
 
-    subject: UserSystem
+    subject: Subject
     axes: tuple[StateAxis, StateAxis]
     base: np.ndarray
     settings: LongRunSettings

@@ -22,7 +22,7 @@ from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind, StateMetri
 from wucht.dynamics.limit_sets.long_run import LongRunSettings, long_run
 from wucht.dynamics.limit_sets.resting_states import RestPoints, equilibrium_near, rests, state_extents
 from wucht.errors import WuchtError
-from wucht.files.user_system import UserSystem
+from wucht.machines.subject import Subject
 from wucht.numerics.ensembles.ensemble import compile_ensemble, run_ensemble
 from wucht.numerics.ensembles.members import Chunk, Members, Pace, Status
 
@@ -65,7 +65,7 @@ class StartOutcomes:
 
 
 def start_outcomes(
-    subject: UserSystem,
+    subject: Subject,
     starts: np.ndarray,
     settings: LongRunSettings,
     report: Report | None = None,
@@ -90,7 +90,7 @@ class _Search:
 
     def __init__(
         self,
-        subject: UserSystem,
+        subject: Subject,
         starts: np.ndarray,
         settings: LongRunSettings,
         report: Report,

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import sympy as sp
 
-from wucht.files.user_system import UserSystem
+from wucht.machines.subject import Subject
 from wucht.mechanics.zero_testing import SAME, is_identically_zero
 
 
-def preserves_volume(subject: UserSystem) -> bool:
+def preserves_volume(subject: Subject) -> bool:
     """True if the divergence of the rates is zero for all states and times, at the values of the parameters."""
     system = subject.system
     numbers = dict(zip(system.parameters, map(sp.Float, system.values(subject.values)), strict=True))

@@ -13,7 +13,7 @@ import sympy as sp
 from wucht.dynamics.limit_sets.resting_states import RestingState
 from wucht.dynamics.verdicts.outcomes import LabelWithSentence
 from wucht.errors import WuchtError
-from wucht.files.user_system import UserSystem
+from wucht.machines.subject import Subject
 from wucht.numerics.lyapunov import LyapunovExponent
 from wucht.system import TIME, System, needed_definitions
 
@@ -59,7 +59,7 @@ class StateMetric:
     frequency: float
 
     @classmethod
-    def of(cls, subject: UserSystem, extents: np.ndarray) -> Self:
+    def of(cls, subject: Subject, extents: np.ndarray) -> Self:
         """Build the metric of equations from the extent (n,) of the motion in each state."""
         turning = np.array([s in subject.system.angles for s in subject.system.states])
         largest = float(np.where(turning, 0.0, extents).max(initial=0.0)) or 1.0
@@ -227,7 +227,7 @@ def forcing_period(system: System, values: dict[str, float] | object) -> float |
     return 2 * math.pi / _common_divisor(sorted(frequencies)) if frequencies else None
 
 
-def whole_periods(subject: UserSystem, duration: float) -> float:
+def whole_periods(subject: Subject, duration: float) -> float:
     """Return the least number of whole periods of the forcing that lasts at least this long; the duration without one."""
     period = forcing_period(subject.system, subject.values)
     return math.ceil(duration / period) * period if period else duration

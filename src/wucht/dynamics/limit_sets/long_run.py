@@ -14,6 +14,7 @@ from wucht.dynamics.limit_sets.resting_states import RestingState, equilibrium_n
 from wucht.dynamics.limit_sets.settled_motion import RunSegment, settled_motion
 from wucht.errors import RunError
 from wucht.files.user_system import UserSystem
+from wucht.machines.subject import Subject
 from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE, CompiledSystem, compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import Evaluator
@@ -116,14 +117,15 @@ class LongRun:
 
 
 def long_run(
-    subject: UserSystem, start: np.ndarray, settings: LongRunSettings = LongRunSettings(), report: Heartbeat | None = None
+    subject: Subject, start: np.ndarray, settings: LongRunSettings = LongRunSettings(), report: Heartbeat | None = None
 ) -> LongRun:
     """Run from a state (n,) at time zero.
 
     The run is doubled until it is known what the motion tends to, thirteen times at most; with a given end, until that. What a
     shorter record has shown stands until a longer one shows something else.
     """
-    bare, start = replace(subject, system=replace(subject.system, outputs=(), quadratures=())), np.asarray(start, float)
+    system, start = replace(subject.system, outputs=(), quadratures=()), np.asarray(start, float)
+    bare = UserSystem(system, {name: subject.values[name] for name in system.parameter_names}, subject.title)
     record = _Record(bare, compile_system(bare.system, settings.tolerance, (), settings.engine), start, report)
     length, count = record.first_span, _DOUBLINGS
     if settings.until is not None:
@@ -148,7 +150,7 @@ def long_run(
 class _Record:
     """The legs of a run so far."""
 
-    def __init__(self, bare: UserSystem, compiled_system: CompiledSystem, start: np.ndarray, report: Heartbeat | None) -> None:
+    def __init__(self, bare: Subject, compiled_system: CompiledSystem, start: np.ndarray, report: Heartbeat | None) -> None:
         self.compiled_system, self._values, self._report = compiled_system, bare.system.values(bare.values), report
         self._start, self._legs, self._low, self._high = start, list[Trajectory](), start, start
         self._turning = np.array([s in bare.system.angles for s in bare.system.states])
@@ -209,7 +211,7 @@ class _Record:
         return self.run(MotionKind.FAILED, failure=last.failure)
 
 
-def _first_span(bare: UserSystem, start: np.ndarray, tolerance: float) -> tuple[RestingState | None, float]:
+def _first_span(bare: Subject, start: np.ndarray, tolerance: float) -> tuple[RestingState | None, float]:
     """Return a multiple of the time in which states change as much as they are large, or disturbances of a start at rest.
 
     With the equilibrium on which the start lies, but for rounding.

@@ -14,7 +14,7 @@ from typing import Self
 
 import numpy as np
 
-from wucht.files.user_system import UserSystem
+from wucht.machines.subject import Subject
 from wucht.numerics.flow.jacobian import Jacobian
 
 _AT_REST = 1e-6  # of the extent of the whole run: a smaller change is none
@@ -81,7 +81,7 @@ class RestPoints:
     tolerance: float
 
     @classmethod
-    def of(cls, subject: UserSystem, tolerance: float) -> Self:
+    def of(cls, subject: Subject, tolerance: float) -> Self:
         """Build it of equations that are integrated with a tolerance."""
         return cls(Jacobian.of(subject.system), subject.system.values(subject.values), tolerance)
 
@@ -123,7 +123,7 @@ def time_of_rest(eigenvalues: np.ndarray) -> float:
     return 0.0 if decays(eigenvalues) is not False else _GROWTH_OF_ROUNDING / float(eigenvalues.real.max())
 
 
-def equilibrium_near(subject: UserSystem, state: np.ndarray, sizes: np.ndarray, tolerance: float) -> RestingState | None:
+def equilibrium_near(subject: Subject, state: np.ndarray, sizes: np.ndarray, tolerance: float) -> RestingState | None:
     """Return the equilibrium to which Newton's method leads from a state (n,), where it lies as near as a motion at rest is.
 
     sizes (n,): of the states. The equations must not depend on time.

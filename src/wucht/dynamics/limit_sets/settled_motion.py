@@ -10,7 +10,7 @@ import numpy as np
 from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind, StateMetric, forcing_period
 from wucht.dynamics.limit_sets.resting_states import equilibrium_near, rests, sign_of_growth, time_of_rest
 from wucht.errors import RunError, WuchtError
-from wucht.files.user_system import UserSystem
+from wucht.machines.subject import Subject
 from wucht.numerics.flow.compiled_system import CompiledSystem
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.lyapunov import BLOCKS, LyapunovExponent, equations_jump, largest_lyapunov_exponent
@@ -53,7 +53,7 @@ class RunSegment:
 
 
 def settled_motion(
-    subject: UserSystem, compiled_system: CompiledSystem, leg: RunSegment, exponent_accuracy: float | None
+    subject: Subject, compiled_system: CompiledSystem, leg: RunSegment, exponent_accuracy: float | None
 ) -> LimitSet | None:
     """Return what a leg tends to, None where that cannot be told from it.
 
@@ -71,7 +71,7 @@ def settled_motion(
     return _irregular_motion(subject, compiled_system, leg, metric, exponent_accuracy)
 
 
-def _equilibrium(subject: UserSystem, compiled_system: CompiledSystem, leg: RunSegment, metric: StateMetric) -> LimitSet | None:
+def _equilibrium(subject: Subject, compiled_system: CompiledSystem, leg: RunSegment, metric: StateMetric) -> LimitSet | None:
     """Return the equilibrium at which a leg rests; None where none is nearby, or a saddle at which it may not stay."""
     end, times = leg.states[:, -1], leg.time[-1:]
     if subject.system.depends_on_time:
@@ -86,7 +86,7 @@ def _equilibrium(subject: UserSystem, compiled_system: CompiledSystem, leg: RunS
 
 
 def _orbit(
-    subject: UserSystem, compiled_system: CompiledSystem, leg: RunSegment, repetition: Recurrence, metric: StateMetric
+    subject: Subject, compiled_system: CompiledSystem, leg: RunSegment, repetition: Recurrence, metric: StateMetric
 ) -> LimitSet | None:
     """Return the periodic orbit at the end of a leg that repeats itself, by Newton's method; None where the run leaves it."""
     values = subject.system.values(subject.values)
@@ -125,7 +125,7 @@ def _orbit(
     return limit_set if attracts is not False and near and wide[still.argmax()] else None
 
 
-def _repetitions(subject: UserSystem, compiled_system: CompiledSystem, orbit: PeriodicOrbit, metric: StateMetric) -> int:
+def _repetitions(subject: Subject, compiled_system: CompiledSystem, orbit: PeriodicOrbit, metric: StateMetric) -> int:
     """Return how often an orbit goes through the shortest one: a motion that tends to it from alternate sides returns late."""
     forcing = forcing_period(subject.system, subject.values)
     start, values = orbit.state, subject.system.values(subject.values)
@@ -156,7 +156,7 @@ def _course(
     return times, run.states
 
 
-def _period_of(subject: UserSystem, period: float) -> float | None:
+def _period_of(subject: Subject, period: float) -> float | None:
     """Return the period of an orbit that repeats after about a time: a multiple of the forcing's where there is one."""
     if not subject.system.depends_on_time:
         return period
@@ -166,7 +166,7 @@ def _period_of(subject: UserSystem, period: float) -> float | None:
 
 
 def _irregular_motion(
-    subject: UserSystem, compiled_system: CompiledSystem, leg: RunSegment, metric: StateMetric, accuracy: float
+    subject: Subject, compiled_system: CompiledSystem, leg: RunSegment, metric: StateMetric, accuracy: float
 ) -> LimitSet | None:
     """Return the chaotic set or the torus on which a leg is, None where its exponent does not tell.
 

@@ -16,7 +16,7 @@ from wucht.dynamics.limit_sets.limit_set import whole_periods
 from wucht.dynamics.limit_sets.long_run import LongRunSettings, long_run
 from wucht.dynamics.limit_sets.resting_states import decays
 from wucht.errors import RunError
-from wucht.files.user_system import UserSystem
+from wucht.machines.subject import Subject
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.jacobian import Jacobian
@@ -52,7 +52,7 @@ class Way:
     failure: str | None = None
 
 
-def settling_span(subject: UserSystem, start: np.ndarray, settings: LongRunSettings) -> tuple[float, np.ndarray]:
+def settling_span(subject: Subject, start: np.ndarray, settings: LongRunSettings) -> tuple[float, np.ndarray]:
     """Return the time in which the motion from a start (n,) settles, and its state at the end."""
     run = long_run(subject, start, settings)
     if run.failure is not None:
@@ -61,7 +61,7 @@ def settling_span(subject: UserSystem, start: np.ndarray, settings: LongRunSetti
 
 
 def step_through(
-    subject: UserSystem, path: str, values: np.ndarray, start: np.ndarray, span: float, settings: LongRunSettings,
+    subject: Subject, path: str, values: np.ndarray, start: np.ndarray, span: float, settings: LongRunSettings,
     report: Callable[[float], None],
 ) -> tuple[Way, np.ndarray]:  # fmt: skip
     """Move a parameter through values (V,) and return what is recorded, and the last state (n,). span: the time at each."""
@@ -72,7 +72,7 @@ def step_through(
     for k, value in enumerate(values.tolist()):
         report(k / len(values))
         numbers = subject.system.values({**subject.values, path: value})
-        end = whole_periods(subject.with_parameters({path: value}), span)
+        end = whole_periods(subject.with_values({path: value}), span)
         grid = np.concatenate([[0.0], np.linspace(end / 2, end, _SAMPLES + 1)])
         run = integrate(compiled_system, state, numbers, grid).reraise_interrupt()
         if run.failure is not None:
@@ -85,7 +85,7 @@ def step_through(
     return Way(values, low, high, mean, maxima), state
 
 
-def unstable_values(subject: UserSystem, path: str, way: Way) -> np.ndarray:
+def unstable_values(subject: Subject, path: str, way: Way) -> np.ndarray:
     """Return the values of the parameter at which the motion rests on an equilibrium that a disturbance leaves.
 
     It stays there only because it is computed without a disturbance: from a start exactly on it, or by a symmetry.

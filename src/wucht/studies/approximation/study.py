@@ -18,7 +18,6 @@ from wucht.dynamics.scenarios.order_of_error import Errors, UnmeasuredError, mea
 from wucht.dynamics.scenarios.runs_in_turn import runs_in_turn
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
-from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
 from wucht.schema import SI, Composite, Unit, composite, read_quantity, si
 from wucht.studies.answer import Answer
@@ -122,7 +121,7 @@ class Approximation(Study):
         location = "study.values" if self.values else "study.range"
         changes = [changes_at(machine, self.along, value) for value in values]
         for change in changes:
-            check_values(machine.parts, change, location, machine.values)
+            machine.check_values(change, location)
         cases = (RunUpCase.of(machine.with_unchecked_values(change), self.start, self.settings) for change in changes)
         return tuple(zip(values, cases, strict=True))
 

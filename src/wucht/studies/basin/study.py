@@ -19,8 +19,8 @@ from wucht.dynamics.sampling.outcome_maps import OutcomeMap, map_axis
 from wucht.dynamics.system_states import refuse_machine_keys, state_range, state_row, states_from
 from wucht.dynamics.work import Work
 from wucht.errors import FieldError, InputError
-from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
+from wucht.machines.subject import Subject
 from wucht.schema import Composite, composite
 from wucht.studies import key_types as common
 from wucht.studies.answer import Answer
@@ -113,7 +113,7 @@ class Basin(EnsembleStudy):
             requirement = f"there must be at most {MOST_CELLS} cells in the map, not {finest}"
             raise InputError("study.axes", f"{cells[0]} x {cells[1]}{refinement}", requirement)
 
-    def prepare(self, subject: Machine | UserSystem) -> tuple[OutcomeMap, tuple[str, ...]] | AttractorMap:
+    def prepare(self, subject: Subject) -> tuple[OutcomeMap, tuple[str, ...]] | AttractorMap:
         """Return the map; of a machine with warnings of what averaged equations omit. Raises ``InputError``."""
         return self._outcome_map(subject) if isinstance(subject, Machine) else self._attractor_map(subject)
 
@@ -130,7 +130,7 @@ class Basin(EnsembleStudy):
         map_ = OutcomeMap(question, (x, y), self.start)
         return map_, map_.omissions()
 
-    def _attractor_map(self, subject: UserSystem) -> AttractorMap:
+    def _attractor_map(self, subject: Subject) -> AttractorMap:
         refuse_machine_keys(self, _KEYS_OF_MACHINES)
         if preserves_volume(subject):
             raise InputError("system", subject.title or None, f"has no basins: {CONSERVATIVE}", code="conservative")
@@ -152,7 +152,7 @@ class Basin(EnsembleStudy):
         return AttractorMap(subject, (x, y), starts, LongRunSettings(self.until, self.tolerance))
 
     def solve(
-        self, subject: Machine | UserSystem, prepared: tuple[OutcomeMap, tuple[str, ...]] | AttractorMap, work: Work
+        self, subject: Subject, prepared: tuple[OutcomeMap, tuple[str, ...]] | AttractorMap, work: Work
     ) -> Iterator[Answer]:
         """Compute the map tile by tile, or level by level."""
         if isinstance(prepared, AttractorMap):

@@ -13,8 +13,7 @@ from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.parameters import checked_range, parameter_of, values_of
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
-from wucht.files.user_system import UserSystem
-from wucht.machines.machine import Machine
+from wucht.machines.subject import Subject
 from wucht.schema import SI, Composite, Conversion, Parameter, composite, si
 from wucht.studies.answer import Answer
 from wucht.studies.key_types import Inertia, Pair, Path, Start, TrueOrFalse, Values
@@ -95,7 +94,7 @@ class OrbitBranch(Study):
             if values is not None and not values:
                 raise InputError(f"study.{key}", [], "must have at least one value")
 
-    def prepare(self, subject: Machine | UserSystem) -> tuple[Parameter, OrbitCase]:
+    def prepare(self, subject: Subject) -> tuple[Parameter, OrbitCase]:
         """Return the parameter and the orbits to search and follow.
 
         Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations.
@@ -107,7 +106,7 @@ class OrbitBranch(Study):
         return along, OrbitCase.of(subject, along.path, bounds, settings, at, values)
 
     def _values_in_range(
-        self, subject: Machine | UserSystem, along: Parameter, bounds: tuple[float, float], key: str
+        self, subject: Subject, along: Parameter, bounds: tuple[float, float], key: str
     ) -> tuple[float, ...] | None:
         """Return the values of a key, each once, all in the range. Raises ``InputError``."""
         given_values = getattr(self, key)
@@ -120,7 +119,7 @@ class OrbitBranch(Study):
                 raise InputError(f"study.{key}[{i}]", given_values[i], requirement)
         return tuple(dict.fromkeys(values))
 
-    def solve(self, subject: Machine | UserSystem, prepared: tuple[Parameter, OrbitCase], work: Work) -> Iterator[Answer]:
+    def solve(self, subject: Subject, prepared: tuple[Parameter, OrbitCase], work: Work) -> Iterator[Answer]:
         """Follow the branches of steady states, then those of orbits."""
         along, case = prepared
         for findings in follow_orbits(case, work):

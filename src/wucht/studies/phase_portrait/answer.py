@@ -10,8 +10,7 @@ import numpy as np
 
 from wucht.analysis.planar_portraits import PlanarPortrait
 from wucht.analysis.sections import Axis, Section
-from wucht.files.user_system import UserSystem
-from wucht.machines.machine import Machine
+from wucht.machines.subject import Subject
 from wucht.numerics.angles import wrap_to_pi
 from wucht.numerics.phase_plane.fixed_points import SADDLE, STABLE
 from wucht.numerics.phase_plane.manifolds import Manifold
@@ -27,7 +26,7 @@ PortraitOf = tuple[str, float | None, Plane, Section | None, PlanarPortrait]  # 
 
 
 def state_portraits(
-    subject: Machine | UserSystem,
+    subject: Subject,
     along: str | None,
     axes: Sequence[Axis],
     drawn_ranges: np.ndarray,
@@ -42,7 +41,7 @@ def state_portraits(
     axes, drawn_ranges: the two states, and their ranges (2, 2) in the figure. length: at which a curve is stopped. count: of
     all portraits, of which some are finished.
     """
-    time = "" if isinstance(subject, UserSystem) else subject.units.time
+    time = subject.units.time
     _, _, plane, section, _ = portraits[0]
     model = ""
     if section is not None:

@@ -16,7 +16,7 @@ from wucht.dynamics.limit_sets.equilibria_in_ranges import (
 )
 from wucht.dynamics.limit_sets.long_run import LongRun, long_run
 from wucht.dynamics.work import Work
-from wucht.files.user_system import UserSystem
+from wucht.machines.subject import Subject
 from wucht.studies.answer import Answer
 from wucht.studies.phase_portrait.answer import padded_items
 
@@ -26,7 +26,7 @@ _MOST_SAMPLES = 4000  # of a trajectory, and of what it tends to
 Projection = tuple[tuple[int, int], np.ndarray, np.ndarray, np.ndarray]
 
 
-def project_states(subject: UserSystem, prepared: Projection, work: Work) -> Iterator[Answer]:
+def project_states(subject: Subject, prepared: Projection, work: Work) -> Iterator[Answer]:
     """Yield the answer after each trajectory."""
     _, low, high, starts = prepared
     search = partial(equilibria_in_ranges, subject.system, subject.values, low, high)
@@ -41,7 +41,7 @@ def project_states(subject: UserSystem, prepared: Projection, work: Work) -> Ite
 
 
 def _answer(
-    subject: UserSystem,
+    subject: Subject,
     prepared: Projection,
     equilibria: np.ndarray,
     eigenvalues: Sequence[np.ndarray],

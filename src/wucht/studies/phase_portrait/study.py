@@ -18,12 +18,12 @@ from wucht.analysis.planar_portraits import (
     system_axes,
 )
 from wucht.analysis.sections import Axis, Section
-from wucht.dynamics.parameters import parameter_of, values_of, with_parameters
+from wucht.dynamics.parameters import parameter_of, values_of
 from wucht.dynamics.system_states import refuse_machine_keys, state_range, state_row, states_from
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, WuchtError
-from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
+from wucht.machines.subject import Subject
 from wucht.numerics.continuation.deflation import random_starts
 from wucht.numerics.phase_plane.plane import TURN, Plane
 from wucht.schema import SI, Composite, Unit, composite, read_quantity, refuse_unknown, si
@@ -140,22 +140,22 @@ class PhasePortrait(Study):
         """See ``Study``."""
         return "" if self.speed is None else "the main rotor held at study.speed"
 
-    def prepare(self, subject: Machine | UserSystem) -> Planar | Projection:
+    def prepare(self, subject: Subject) -> Planar | Projection:
         """Return the portraits. Raises ``InputError`` where the subject has no two states, or a key does not fit it."""
-        if isinstance(subject, UserSystem) and len(subject.system.states) > 2:
+        if not isinstance(subject, Machine) and len(subject.system.states) > 2:
             return self._projection(subject)
         if self.show:
             raise InputError("study.show", list(self.show), "allowed for a table [system] of more than two states only")
         values: tuple[float | None, ...] = (None,)
         if self.along is not None:
             values = tuple(dict.fromkeys(values_of(subject, parameter_of(subject, self.along), self.values)))
-        subjects = [subject if v is None else with_parameters(subject, {self.along or "": v}) for v in values]
+        subjects = [subject if v is None else subject.with_values({self.along or "": v}) for v in values]
         sections = [self._section(s) if isinstance(s, Machine) else None for s in subjects]
         systems = [
             (section.system, section.values) if section is not None else (s.system, s.values)
             for section, s in zip(sections, subjects, strict=True)
         ]
-        if isinstance(subject, UserSystem):
+        if not isinstance(subject, Machine):
             self._refuse_keys_of_machines()
         first = sections[0]
         axes = first.axes if first is not None else system_axes(systems[0][0])
@@ -170,7 +170,7 @@ class PhasePortrait(Study):
         cases = list(zip(values, planes, sections, strict=True))
         return cases, axes, drawn_ranges(planes[0], axes, ranges), self._starts(planes[0], axes)
 
-    def _projection(self, subject: UserSystem) -> Projection:
+    def _projection(self, subject: Subject) -> Projection:
         """Return the projection. Raises ``InputError`` where a key does not fit, or a range is missing."""
         refuse_machine_keys(self, _KEYS_OF_MACHINES)
         refuse_machine_keys(self, _KEYS_OF_THE_PLANE, "allowed for two states only, not for a projection of more")
@@ -234,20 +234,20 @@ class PhasePortrait(Study):
                     raise InputError(f"{key}.{a.name}", start[a.name], requirement)
         return starts
 
-    def solve(self, subject: Machine | UserSystem, prepared: Any, work: Work) -> Iterator[Answer]:
+    def solve(self, subject: Subject, prepared: Any, work: Work) -> Iterator[Answer]:
         """Compute one portrait after the other; of a projection one trajectory after the other."""
-        if isinstance(subject, UserSystem) and len(subject.system.states) > 2:
+        if not isinstance(subject, Machine) and len(subject.system.states) > 2:
             yield from project_states(subject, prepared, work)
             return
         cases, axes, ranges, starts = prepared
         fill = partial(state_portraits, subject, self.along, axes, ranges, self.nullclines, self.length, len(cases))
-        units, portraits = None if isinstance(subject, UserSystem) else subject.units, list[PortraitOf]()
+        portraits = list[PortraitOf]()
         for k, (value, plane, section) in enumerate(cases):
             label = "" if value is None else f"{self.along} = {value:.6g}"
             part = work.part(f"portrait {k + 1}", k / len(cases), (k + 1) / len(cases))
             portrait = part.unit("curves", partial(self._portrait, plane, section, starts, label, part))
             portraits.append((label, value, plane, section, portrait))
-            yield Answer(units, partial(fill, tuple(portraits)))
+            yield Answer(subject.units, partial(fill, tuple(portraits)))
 
     def _portrait(
         self, plane: Plane, section: Section | None, starts: np.ndarray | None, label: str, work: Work

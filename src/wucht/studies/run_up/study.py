@@ -20,8 +20,8 @@ from wucht.dynamics.run_ups.run_variations import start_states
 from wucht.dynamics.system_states import refuse_machine_keys
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
-from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
+from wucht.machines.subject import Subject
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
 from wucht.studies.key_types import Path, Starts, Values
@@ -114,9 +114,9 @@ class RunUp(SingleRun):
         """True if it has many runs."""
         return bool(self.starts or self.values)
 
-    def prepare(self, subject: Machine | UserSystem) -> tuple[RunCase, ...]:
+    def prepare(self, subject: Subject) -> tuple[RunCase, ...]:
         """Return the runs, at least one. Raises ``InputError``."""
-        if isinstance(subject, UserSystem):
+        if not isinstance(subject, Machine):
             refuse_machine_keys(self, _KEYS_OF_MACHINES)
             starts = {f"study.starts[{k}]": start for k, start in enumerate(self.starts)} or {"study.start": self.start}
             return system_cases(subject, starts, bool(self.starts), self.along, self.values)
@@ -133,7 +133,7 @@ class RunUp(SingleRun):
         """See ``Study``."""
         return sum(_stored_numbers(case.run) for case in prepared)
 
-    def solve(self, subject: Machine | UserSystem, prepared: tuple[RunCase, ...], work: Work) -> Iterator[Answer]:
+    def solve(self, subject: Subject, prepared: tuple[RunCase, ...], work: Work) -> Iterator[Answer]:
         """Integrate the runs, those of a machine leg by leg."""
         if isinstance(subject, Machine):
             yield from self._run_machine(subject, prepared, work)

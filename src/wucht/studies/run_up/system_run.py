@@ -14,7 +14,7 @@ from wucht.dynamics.limit_sets.limit_set import MotionKind
 from wucht.dynamics.limit_sets.long_run import LongRun
 from wucht.dynamics.parameters import parameter_of, values_of
 from wucht.dynamics.system_states import refuse_singular_start, states_from
-from wucht.files.user_system import UserSystem
+from wucht.machines.subject import Subject
 from wucht.studies.answer import Answer
 from wucht.studies.run_up.combined_runs import RunCase, stack_padded, state_cases
 
@@ -44,7 +44,7 @@ _VARIABLES_OF_CASES = (("time", "sample"), ("states", "state sample"), ("limit_t
 
 
 def system_cases(
-    subject: UserSystem, starts: Mapping[str, Mapping[str, Any]], is_named: bool, along: str | None, values: Sequence[Any]
+    subject: Subject, starts: Mapping[str, Mapping[str, Any]], is_named: bool, along: str | None, values: Sequence[Any]
 ) -> tuple[RunCase, ...]:
     """Return the runs: the equations and the start (n,) of each.
 
@@ -54,7 +54,7 @@ def system_cases(
     parameter = None if along is None else parameter_of(subject, along)
     cases = list[RunCase]()
     for value in (None,) if parameter is None else values_of(subject, parameter, values):
-        variant = subject if parameter is None or value is None else subject.with_parameters({parameter.path: value})
+        variant = subject if parameter is None or value is None else subject.with_values({parameter.path: value})
         names = [] if parameter is None or value is None else [f"{parameter.path} = {value:.6g}"]
         for at, start in states.items():
             refuse_singular_start(variant, start, at)
@@ -65,7 +65,7 @@ def system_cases(
     return tuple(cases)
 
 
-def fill_system_run(subject: UserSystem, run: LongRun, most: int, most_places: int, tolerance: float, a: Answer) -> None:
+def fill_system_run(subject: Subject, run: LongRun, most: int, most_places: int, tolerance: float, a: Answer) -> None:
     """State one run of equations. most, most_places: numbers of samples, over time and of what the motion tends to."""
     system, names, limit = subject.system, subject.system.state_names, run.limit_set
     a.sentence, a.failure = sentence_of(run.kind, limit, names), run.failure

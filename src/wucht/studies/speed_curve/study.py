@@ -14,8 +14,7 @@ from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.parameters import checked_range, parameter_of, values_of
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
-from wucht.files.user_system import UserSystem
-from wucht.machines.machine import Machine
+from wucht.machines.subject import Subject
 from wucht.schema import Composite, Parameter, composite
 from wucht.studies.answer import Answer
 from wucht.studies.key_types import Inertia, Pair, Path, Values, Whole
@@ -92,7 +91,7 @@ class SpeedCurve(Study):
             requirement = "give one of second_values = [...] and second_range = [low, high] with second"
             raise InputError("study.second", self.second, requirement)
 
-    def prepare(self, subject: Machine | UserSystem) -> Prepared:
+    def prepare(self, subject: Subject) -> Prepared:
         """Return the parameters, and the states to search and follow.
 
         Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations.
@@ -112,7 +111,7 @@ class SpeedCurve(Study):
         settings = BranchSettings(self.points, self.only, self.show, self.ranges, self.inertia)
         return along, second, BranchCase.of(subject, along.path, bounds, settings, plane, values)
 
-    def solve(self, subject: Machine | UserSystem, prepared: Prepared, work: Work) -> Iterator[Answer]:
+    def solve(self, subject: Subject, prepared: Prepared, work: Work) -> Iterator[Answer]:
         """Follow the branches one by one."""
         along, second, case = prepared
         for findings in follow_branches(case, work):

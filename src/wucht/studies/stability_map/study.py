@@ -23,8 +23,8 @@ from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.parameters import checked_range, parameter_of
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
-from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
+from wucht.machines.subject import Subject
 from wucht.schema import Composite, Parameter, composite
 from wucht.studies.answer import Answer
 from wucht.studies.key_types import Inertia, Pair, Path, TrueOrFalse, Whole
@@ -106,7 +106,7 @@ class StabilityMap(Study):
             if self.only is not None:
                 raise InputError("study.only", list(self.only), "not allowed with eliminate, which uses all steady states")
 
-    def prepare(self, subject: Machine | UserSystem) -> Prepared:
+    def prepare(self, subject: Subject) -> Prepared:
         """Return the parameters, and the plane to examine.
 
         Raises ``InputError`` where the question does not fit the subject, or it has no averaged equations.
@@ -123,7 +123,7 @@ class StabilityMap(Study):
         plane = ParameterPlane((third.path, along.path, second.path), (ends, *bounds))
         return (along, second, third), EndingMapCase.of(subject, plane, self.cells or _CELLS_OF_ENDINGS, settings, orbits)
 
-    def solve(self, subject: Machine | UserSystem, prepared: Prepared, work: Work) -> Iterator[Answer]:
+    def solve(self, subject: Subject, prepared: Prepared, work: Work) -> Iterator[Answer]:
         """Examine place by place, then the curves between them."""
         parameters, case = prepared
         motion = MODULATED_MOTION if isinstance(subject, Machine) else PERIODIC_ORBIT

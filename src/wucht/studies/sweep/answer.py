@@ -11,9 +11,9 @@ import numpy as np
 from wucht.dynamics.limit_sets.stepped_parameter import Way, range_of_history, state_jumps, unstable_values
 from wucht.dynamics.sweeps.jumps import Jump, hysteresis
 from wucht.dynamics.sweeps.moving import MovedMachine, SweepLeg, is_too_fast
-from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
+from wucht.machines.subject import Subject
 from wucht.schema import Parameter
 from wucht.studies.answer import Answer
 from wucht.studies.sweep.figure import SENSE
@@ -167,7 +167,7 @@ def _count_in_words(jumps: Sequence[object]) -> str:
     return {0: "NO JUMP", 1: "ONE JUMP"}.get(len(jumps), f"{len(jumps)} JUMPS")
 
 
-def system_answer(subject: UserSystem, path: str, ends: Ends, span: float, ways: Mapping[str, Way]) -> Answer:
+def system_answer(subject: Subject, path: str, ends: Ends, span: float, ways: Mapping[str, Way]) -> Answer:
     """Return the answer of a sweep of equations. span: the time at each value. ways: the completed ones."""
     a, system, (low, high) = Answer(), subject.system, ends
     names, parameter = system.state_names, f"parameter {path}"

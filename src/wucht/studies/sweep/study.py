@@ -31,10 +31,9 @@ from wucht.dynamics.sweeps.moving import (
 from wucht.dynamics.system_states import refuse_machine_keys, refuse_singular_start, states_from
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
-from wucht.files.user_system import UserSystem
 from wucht.machines.changes import release_events
-from wucht.machines.limits import check_values
 from wucht.machines.machine import Machine
+from wucht.machines.subject import Subject
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.schema import Composite, Parameter, Unit, composite, read_quantity
 from wucht.studies.answer import Answer
@@ -106,19 +105,19 @@ class Sweep(Study):
     tolerance: Tolerance = DEFAULT_TOLERANCE
     engine: Engine | None = None
 
-    def prepare(self, subject: Machine | UserSystem) -> MachineSweep | SystemSweep:
+    def prepare(self, subject: Subject) -> MachineSweep | SystemSweep:
         """Return what is swept, and where it starts. Raises ``InputError``."""
-        if isinstance(subject, UserSystem):
+        if not isinstance(subject, Machine):
             refuse_machine_keys(self, ("rate", "jump_tolerance"))
         parameter = parameter_of(subject, self.along)
         ends = range_of(Unit(parameter.unit, parameter.long_name), self.range)
         if isinstance(subject, Machine):
             return self._prepare_machine(subject, parameter, ends)
         start, first = states_from(subject.system, self.start, "study.start"), self._first_value(ends)
-        refuse_singular_start(subject.with_parameters({parameter.path: first}), start, "study.start")
+        refuse_singular_start(subject.with_values({parameter.path: first}), start, "study.start")
         return parameter, ends, start, LongRunSettings(None, self.tolerance, self.engine)
 
-    def solve(self, subject: Machine | UserSystem, prepared: MachineSweep | SystemSweep, work: Work) -> Iterator[Answer]:
+    def solve(self, subject: Subject, prepared: MachineSweep | SystemSweep, work: Work) -> Iterator[Answer]:
         """Run the ramps. A failure ends the sweep with a sentence."""
         if isinstance(subject, Machine):
             yield from self._sweep_machine(prepared, work)  # type: ignore[arg-type]
@@ -146,7 +145,7 @@ class Sweep(Study):
         if path in {f"{b.name}.{key}" for b in machine.bodies for key in ("locked", "release.time", "release.speed")}:
             raise InputError("study.along", path, "not allowed: it says when a body is released")
         for i, value in enumerate(ends):
-            check_values(machine.parts, {path: value}, f"study.range[{i}]", machine.values)
+            machine.check_values({path: value}, f"study.range[{i}]")
         machine = machine.with_unchecked_values({path: self._first_value(ends)})
         initial = initial_state(machine, with_default_start(machine, self.start))
         machine = machine_in_state(machine, initial)
@@ -245,12 +244,12 @@ class Sweep(Study):
             if jump is not None:
                 yield jump
 
-    def _sweep_system(self, subject: UserSystem, prepared: SystemSweep, work: Work) -> Iterator[Answer]:
+    def _sweep_system(self, subject: Subject, prepared: SystemSweep, work: Work) -> Iterator[Answer]:
         """Yield the answer after each way."""
         parameter, ends, start, settings = prepared
         path, ways, completed_ways = parameter.path, self._ways(ends), dict[str, Way]()
         work.report(0.0, "settling")
-        at_first = subject.with_parameters({path: self._first_value(ends)})
+        at_first = subject.with_values({path: self._first_value(ends)})
         span, state = work.unit("settling", partial(settling_span, at_first, start, settings))
         for k, (name, values) in enumerate(ways.items()):
             begin, end = (_FIRST + (1 - _FIRST) * n / len(ways) for n in (k, k + 1))
