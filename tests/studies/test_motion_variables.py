@@ -15,6 +15,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import natural_frequencies
 from wucht.numerics.observers.records import Spans
 from wucht.studies import motion_variables as module
+from wucht.studies.answer import Answer
 
 TIME = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 2.0, "inertia": 0.03, "unbalance": 2e-3}
@@ -169,11 +170,14 @@ def test_natural_frequencies_and_parameters_by_their_names() -> None:
     of = machine(stiffness=[3e4, 12e4])
     natural = natural_frequencies(of)
     assert natural == pytest.approx({"x": 100.0, "y": 200.0}), "3 kg in all"
-    mode, frequency, by_mode = module.natural_vibrations(of)
-    assert (list(mode.value), list(frequency.value), by_mode.value) == (list(natural), list(natural.values()), natural)
-    assert frequency.unit == by_mode.unit == "rad/s"
-    names, numbers = module.parameter_values(of)
-    assert dict(zip(names.value, numbers.value, strict=True)) == dict(of.values)  # type: ignore[arg-type]
+    a = Answer(of.units)
+    module.state_natural_vibrations(a, of)
+    module.state_parameters(a, of)
+    made = a.to_dataset()
+    assert dict(zip(made["mode"].values, made.natural_frequency.values, strict=True)) == natural
+    assert made.wucht.summary["natural_frequencies"] == natural
+    assert made.natural_frequency.attrs["units"] == made.wucht.unit_at("natural_frequencies.x") == "rad/s"
+    assert dict(zip(made.parameter.values, made.parameters.values, strict=True)) == dict(of.values)
 
 
 def test_several_rotors_have_a_bearing_force_and_a_power_each() -> None:

@@ -26,9 +26,9 @@ from wucht.plots.time_courses import RANGE, TurnWindows, draw_greatest
 from wucht.results.formatting import abscissa_label
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
-from wucht.studies.from_rest_variables import FROM_REST_WORDS, from_rest_quantities
+from wucht.studies.from_rest_variables import FROM_REST_WORDS, state_ends_from_rest
 from wucht.studies.key_types import DEFAULT_TOLERANCE, BalancingBodies, Engine, Start, Tolerance
-from wucht.studies.motion_variables import natural_vibrations, parameter_values
+from wucht.studies.motion_variables import state_natural_vibrations, state_parameters
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.study import FULL_EQUATIONS, Study
 
@@ -146,13 +146,13 @@ def _fill(machine: Machine, prepared: Prepared, runs: Sequence[CoastDownRun], fr
     _state_rows(a, machine, first.rows)
     a.curve("turn_time", record.turns[0], "time", "time", "turn", coordinate=True)
     a.curve("mean_speed", record.turns[1], "mean speed over a turn", "speed", "turn")
-    a.add(q for q in natural_vibrations(case.machine) if q.dimensions)
-    a.add(parameter_values(case.machine))
+    state_natural_vibrations(a, case.machine, in_summary=False)
+    state_parameters(a, case.machine)
     a.curve("end_state", record.end.end_state, "state and accumulated works at the end", "", "state")
     if case.label:
         _state_configurations(a, machine, runs, is_reached)
     a.number("reached_from_rest", is_reached[0], f"state at the start: {FROM_REST_WORDS[0]}")
-    a.add(from_rest_quantities(from_rest, machine.units))
+    state_ends_from_rest(a, from_rest)
     unit = f" {machine.units.time}" if machine.units.time else ""
     half = "" if record.half_time is None else f"; the speed has halved after {record.half_time:.5g}{unit}"
     back = "".join(f"; it turns back at {time:.5g}{unit}" for time in record.reversals[:1])

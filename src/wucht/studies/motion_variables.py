@@ -86,22 +86,19 @@ def _mounts(machine: Machine) -> list[Quantity]:
     return [Quantity(f"mount_{d}", [p[k] for p in places], what, machine.units.length, "mount") for k, d in enumerate("xy")]
 
 
-def natural_vibrations(machine: Machine) -> list[Quantity]:
-    """The natural frequencies, as variables and in the summary."""
-    natural, unit = natural_frequencies(machine), machine.units.speed
-    return [
-        Quantity("mode", list(natural) or np.empty(0, "U1"), "mode of vibration", "", "mode"),
-        Quantity("natural_frequency", list(natural.values()), "natural frequency", unit, "mode"),
-        Quantity("natural_frequencies", natural, "natural frequencies by mode", unit),
-    ]
+def state_natural_vibrations(a: Answer, machine: Machine, in_summary: bool = True) -> None:
+    """State the natural frequencies, as variables and in the summary."""
+    natural = natural_frequencies(machine)
+    a.curve("mode", list(natural) or np.empty(0, "U1"), "mode of vibration")
+    a.curve("natural_frequency", list(natural.values()), "natural frequency", "speed", "mode")
+    if in_summary:
+        a.number("natural_frequencies", natural, "natural frequencies by mode", "speed")
 
 
-def parameter_values(machine: Machine) -> list[Quantity]:
-    """The parameters of the machine, SI."""
-    return [
-        Quantity("parameter", list(machine.values), "parameter", "", "parameter"),
-        Quantity("parameters", list(machine.values.values()), "parameter values", "", "parameter"),
-    ]
+def state_parameters(a: Answer, machine: Machine) -> None:
+    """State the parameters of the machine, SI."""
+    a.curve("parameter", list(machine.values), "parameter")
+    a.curve("parameters", list(machine.values.values()), "parameter values", "", "parameter")
 
 
 def envelopes(machine: Machine, spans: Spans) -> list[Quantity]:

@@ -31,7 +31,7 @@ from wucht.results.formatting import abscissa_label, with_unit
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
 from wucht.studies.key_types import DEFAULT_TOLERANCE, Engine, Start, Tolerance
-from wucht.studies.motion_variables import natural_vibrations
+from wucht.studies.motion_variables import state_natural_vibrations
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.shared_keys import MachineSignalName, Woehler, woehler_line, woehler_validator
 from wucht.studies.study import FULL_EQUATIONS, Study
@@ -158,7 +158,7 @@ class StartStop(Study):
         a.curve("rotor_speed", np.concatenate([c.speeds for c in courses], axis=1), "speed", "speed", "rotor time")
         amplitudes = np.concatenate([c.amplitude for c in courses])
         a.curve("amplitude", amplitudes, "amplitude of the axis", machine.orbit_unit, "time")
-        a.add(q for q in natural_vibrations(up.case.machine) if q.dimensions)
+        state_natural_vibrations(a, up.case.machine, in_summary=False)
 
     def _state_damage(self, a: Answer, prepared: Prepared, up: LoadedRun, down: LoadedRun | None) -> None:
         """State Miner's sum of a cycle and of steady operation, and how many cycles the target life allows."""

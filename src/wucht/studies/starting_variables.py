@@ -10,36 +10,28 @@ import numpy as np
 from wucht.analysis.starting import StartFromRest, has_weight_or_load, not_started_in_words, starts_from_rest
 from wucht.dynamics.run_ups.hanging_start import is_resting_state
 from wucht.machines.machine import Machine
-from wucht.results.quantities import Quantity
 from wucht.studies.answer import Answer
 
 _BETWEEN = 8  # times between two breakpoints of schedules at which a start is tried
 
 
-def starting_quantities(machine: Machine) -> list[Quantity]:
-    """Return the torques that decide whether rotors start from rest, by rotor; none where there is nothing to lift."""
+def state_starting_torques(a: Answer, machine: Machine) -> None:
+    """State the torques that decide whether rotors start from rest, by rotor; none where there is nothing to lift.
+
+    A line says them where a drive does not start its rotor from rest.
+    """
     rows = starts_from_rest(machine) if has_weight_or_load(machine) else {}
     rows = {name: start for name, start in rows.items() if start.weight > 0 or start.load > 0}
     if not rows:
-        return []
-    unit = machine.units.torque
+        return
     torques, weights, loads, starts = (
         {name: getattr(start, key) for name, start in rows.items()} for key in ("torque", "weight", "load", "starts")
     )
-    return [
-        Quantity("starting_torque", torques, "torque of the drives of each rotor at standstill", unit),
-        Quantity("weight_moment", weights, "largest moment of the weight of each rotor over a turn", unit),
-        Quantity("load_torque", loads, "torque of loads and bearings of each rotor at standstill", unit),
-        Quantity("starts_from_rest", starts, "whether its drive takes it over the top in the first swing from rest"),
-    ]
-
-
-def state_starting_torques(a: Answer, machine: Machine) -> None:
-    """State these torques, with a line where a drive does not start its rotor from rest."""
-    quantities = {q.name: q for q in starting_quantities(machine)}
-    a.add(quantities.values())
-    starts = quantities["starts_from_rest"].value if quantities else {}
-    if any(quantities["starting_torque"].value[name] > 0 and not is_started for name, is_started in starts.items()):
+    a.number("starting_torque", torques, "torque of the drives of each rotor at standstill", "torque")
+    a.number("weight_moment", weights, "largest moment of the weight of each rotor over a turn", "torque")
+    a.number("load_torque", loads, "torque of loads and bearings of each rotor at standstill", "torque")
+    a.number("starts_from_rest", starts, "whether its drive takes it over the top in the first swing from rest")
+    if any(start.torque > 0 and not start.starts for start in rows.values()):
         a.line("from rest", "{starting_torque} at standstill; weight at most {weight_moment}; load {load_torque}")
 
 

@@ -24,9 +24,9 @@ from wucht.plots.style import COLOURS, GREY, mark_speeds
 from wucht.results.formatting import with_unit
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
-from wucht.studies.from_rest_variables import FROM_REST_WORDS, from_rest_quantities
+from wucht.studies.from_rest_variables import FROM_REST_WORDS, state_ends_from_rest
 from wucht.studies.key_types import BalancingBodies, Interval, Start, Whole
-from wucht.studies.motion_variables import natural_vibrations
+from wucht.studies.motion_variables import state_natural_vibrations
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.starting_variables import not_started_statement, state_starting_torques
 from wucht.studies.study import Study
@@ -159,7 +159,7 @@ def _state_balance(
     a.number(
         "operating_speed", max(stable_speeds, key=abs, default=None), "fastest stable working point", "speed", headline=True
     )
-    a.add(from_rest_quantities(from_rest, machine.units))
+    state_ends_from_rest(a, from_rest)
     _state_points(a, operating, is_reached, in_steady_phases=steady.torques is not None)
     _state_machine(a, steady, curves[0])
 
@@ -272,7 +272,7 @@ def _state_machine(a: Answer, steady: SteadyPhases, base: TorqueCurves) -> None:
     a.number("breakdown", breakdown, "largest torque of an induction motor", parts=parts)
     a.line("breakdown", "{breakdown.torque} at {breakdown.speed}, slip {breakdown.slip:%}")
     a.number("runaway", base.runaway, "whether the drive's torque, without vibration, never meets the load")
-    a.add(natural_vibrations(machine))
+    state_natural_vibrations(a, machine)
     a.line("resonance", "{natural_frequencies}")
 
 

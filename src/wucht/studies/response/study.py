@@ -33,9 +33,9 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
-from wucht.studies.from_rest_variables import FROM_REST_WORDS, from_rest_quantities
+from wucht.studies.from_rest_variables import FROM_REST_WORDS, state_ends_from_rest
 from wucht.studies.key_types import BalancingBodies, Interval, Start, Whole
-from wucht.studies.motion_variables import natural_vibrations
+from wucht.studies.motion_variables import state_natural_vibrations
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.response.figure import figure
 from wucht.studies.study import Study
@@ -156,7 +156,7 @@ def _state_response(
     critical = [x for x, below in zip(inside, [0.0, *inside], strict=False) if not math.isclose(x, below, rel_tol=1e-9)]
     a.number("critical_speeds", critical, "critical speeds in the range", "speed")
     a.line("critical", ", ".join(f"{{critical_speeds[{k}]}}" for k in range(len(critical))) or "none")
-    a.add(natural_vibrations(machine))
+    state_natural_vibrations(a, machine)
     losses = losses_of(machine, speeds)
     values = _state_curves(a, steady, curves, speeds, eccentricity, losses)
     vibrates = _state_amplitudes(a, steady, curves, speeds, values)
@@ -164,7 +164,7 @@ def _state_response(
     labels, throw = _state_at_free_speed(a, machine, curves, free)
     states = [o.state for o in operation]
     is_reached = [None] * len(states) if from_rest is None else from_rest.is_reached(machine.rotor.name, states)
-    a.add(from_rest_quantities(from_rest, machine.units))
+    state_ends_from_rest(a, from_rest)
     _state_operation(a, machine, operation, is_reached)
     if vibrates or steady.branches:
         _add_operation_lines(a, operation, is_reached, throw)

@@ -38,7 +38,7 @@ from wucht.numerics.flow.compiled_system import compile_system
 from wucht.schema import Composite, Parameter, Unit, composite, read_quantity
 from wucht.studies.answer import Answer
 from wucht.studies.key_types import DEFAULT_TOLERANCE, Engine, Pair, Path, Start, Tolerance, Value, Whole
-from wucht.studies.motion_variables import parameter_values
+from wucht.studies.motion_variables import state_parameters
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.study import FULL_EQUATIONS, Study
 from wucht.studies.sweep.answer import (
@@ -184,7 +184,7 @@ class Sweep(Study):
             state_machine_jumps(a, machine, parameter, jumps)
             state_question(a, moved_machine, parameter, ends, self.rate is None, self.jump_tolerance)
             state_free_speeds(a, parameter, *without_vibration)
-            a.add(parameter_values(machine))
+            state_parameters(a, machine)
             state_ramps(a, moved_machine, parameter, ramps, jumps)
             state_sentence(a, parameter, ends, jumps, is_complete)
             return a

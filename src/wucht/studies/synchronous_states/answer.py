@@ -17,7 +17,7 @@ from wucht.analysis.throw import NUMBERS, Throw
 from wucht.analysis.vibration import unbalances
 from wucht.machines.machine import Machine
 from wucht.studies.answer import Answer
-from wucht.studies.motion_variables import natural_vibrations
+from wucht.studies.motion_variables import state_natural_vibrations
 from wucht.studies.synchronous_states.figure import select_states
 
 _NOTHING = {float: math.nan, int: -1}  # where the summary has None
@@ -70,7 +70,7 @@ def state_synchronous(
             phases = ", ".join(f"{math.degrees(p):.0f}" for p in c.phases.values())
             place = f"{c.name or 'a state'} at phases {phases} degrees"
             a.warn(f"{place}: averaged and full equations disagree; {c.reason}")
-    a.add(natural_vibrations(torques.machine))
+    state_natural_vibrations(a, torques.machine)
     _state_map(a, regions)
     if cells is not None and (rows := 0 if regions is None else len(regions.ratio)) < len(cells[1]):
         a.warn(f"{rows} of {len(cells[1])} rows of the map are computed")
