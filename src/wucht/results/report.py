@@ -95,5 +95,5 @@ def _number(result: xr.Dataset, path: str, form: str) -> str | None:
         raise _NoLineError(f"{form[:20]!r} is no format; allowed are .4g, .4f, .1e with at most 16 digits, and %")
     try:
         return number_text(value, result.wucht.unit_at(path), form, result.wucht.dimensionless)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError, RecursionError):
         raise _NoLineError(f"{path!r} is no number") from None
