@@ -221,12 +221,12 @@ class Answer:
     def fill(self) -> Self:
         """State what is not stated yet, and return the answer: for a study that joins or compares several."""
         if self._fill is not None:
-            unfilled = {name: copy(fact) if isinstance(fact, list | dict) else fact for name, fact in vars(self).items()}
+            before = {name: copy(fact) if isinstance(fact, list | dict) else fact for name, fact in vars(self).items()}
             fill, self._fill = self._fill, None
             try:
                 fill(self)
             except BaseException:  # also Ctrl-C: what is stated by half is stated anew where it is needed next
-                vars(self).update(unfilled)
+                vars(self).update(before)
                 raise
         return self
 
