@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
@@ -38,11 +37,16 @@ _FUNCTIONS = ("prepare", "run", "dataset", "figure", "report")
 _MODULES = {"prepare": "computation", "run": "computation", "report": "dataset"}
 
 
-@dataclass(frozen=True)
-class FindingsAnswer:
+class FindingsAnswer(Answer):
     """The answer of such a study: its Dataset is built when it is needed."""
 
-    to_dataset: Callable[[], xr.Dataset]
+    def __init__(self, build: Callable[[], xr.Dataset]) -> None:
+        super().__init__()
+        self._build = build
+
+    def to_dataset(self) -> xr.Dataset:
+        """See ``Answer``."""
+        return self._build()
 
 
 class Spec(Study):
@@ -82,7 +86,7 @@ class Spec(Study):
         prepare = self._function("prepare")
         return prepare(self, subject, watch) if "watch" in signature(prepare).parameters else prepare(self, subject)
 
-    def solve(self, subject: Any, prepared: Any, work: Work) -> Iterator[Any]:
+    def solve(self, subject: Any, prepared: Any, work: Work) -> Iterator[Answer]:
         """See ``Study``."""
         dataset = self._function("dataset")
         for findings in self._function("run")(prepared, work):

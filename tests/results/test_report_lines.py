@@ -95,6 +95,9 @@ def test_a_line_without_its_number_is_left_out_in_silence() -> None:
         (["x", "{speed.__class__}", {}], "'speed.__class__' is no number"),
         (["x", "{jumps[2].speed}", {}], "'jumps[2].speed' is no number"),
         (["x", "{jumps}", {}], "'jumps' is no number"),
+        (["x", "{speed..}", {}], "'speed..' is no number"),
+        (["x", "{forces..a}", {}], "'forces..a' is no number"),
+        (["x", "{sentence[0]}", {}], "'sentence[0]' is no number"),
         (["x", 3, {}], "a line is a heading"),
         (["x", "{speed}", {"speed": 3}], "a line is a heading"),
         ("x", "a line is a heading"),
@@ -178,3 +181,42 @@ def test_a_number_is_stated_once() -> None:
     a.number("speed", 3.0, "another speed")
     with pytest.raises(wucht.WuchtError, match="'speed'"):
         a.to_dataset()
+
+
+def test_a_number_of_a_table_is_stated_once_and_the_others_remain() -> None:
+    a = answer()
+    with pytest.raises(wucht.WuchtError, match="'largest'"), a.group("loads", "loads"):
+        a.number("largest", 5.0, "largest load")
+        a.number("largest", 6.0, "another one")
+    assert "speed" in a.summary and "loads" not in a.summary
+
+
+def test_an_answer_whose_statement_was_stopped_is_stated_anew() -> None:
+    calls = list[int]()
+
+    def state(a: Answer) -> None:
+        calls.append(1)
+        a.number("speed", 100.0, "speed")
+        if len(calls) == 1:
+            raise KeyboardInterrupt
+        a.sentence = "it turns"
+
+    a = Answer(fill=state)
+    a.warn("a doubt")
+    with pytest.raises(KeyboardInterrupt):
+        a.to_dataset()
+    result = a.to_dataset()
+    assert (result.wucht.summary, result.wucht.warnings) == ({"sentence": "it turns", "speed": 100.0}, ["a doubt"])
+
+
+def test_numbers_of_arrays_are_numbers_of_the_summary() -> None:
+    a = Answer()
+    a.number("count", np.int64(3), "count")
+    a.number("shares", np.array([0.5, np.nan]), "shares")
+    assert a.to_dataset().wucht.summary == {"sentence": "", "count": 3, "shares": [0.5, None]}
+
+
+def test_a_number_beyond_all_floats_is_left_out() -> None:
+    result = stored([["x", "{speed}", {}]])
+    result.attrs["summary"] = json.dumps({"sentence": "", "speed": 10**400})
+    assert "a line that is left out cannot be read: 'speed' is no number" in report_of(result)[-1]

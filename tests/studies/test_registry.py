@@ -17,9 +17,11 @@ import wucht.extending
 from wucht.analysis.configurations import configuration
 from wucht.files.catalogue import load_machine
 from wucht.studies import registry
+from wucht.studies.answer import Answer
 from wucht.studies.registry import StudyEntry, studies
 from wucht.studies.response.study import Response
 from wucht.studies.runner import run
+from wucht.studies.study import Study
 from wucht.studies.torque_balance import TorqueBalance
 
 STUDY = """
@@ -123,6 +125,40 @@ def test_a_class_without_what_a_study_needs_is_refused_when_it_is_made(
 ) -> None:
     words = ("run", "practice/laundry-drum", "--import", f"{module(**wrong)}.py", "--set", "study.kind=count")
     refused(*words, says=("--import", "Counting, a study of the kind 'count', must have a method", says))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"kind": 3}, "its kind must be a text, not 3"),
+        ({"solve": lambda self, subject: (yield Answer())}, r"must have a method solve\(self, subject, prepared, work\)"),
+        ({"draw": lambda self: None}, r"must have a method draw\(self, result\)"),
+        ({"prepare": lambda self: None}, r"must have a method prepare\(self, subject\)"),
+        ({"prepare": lambda self, subject, other: None}, r"must have a method prepare\(self, subject\)"),
+    ],
+)
+def test_a_class_whose_methods_have_other_parameters_is_refused(wrong: dict[str, Any], says: str) -> None:
+    def solve(self: Study, subject: Any, prepared: Any, work: Any) -> Iterator[Answer]:
+        yield Answer()
+
+    right = {"kind": "own", "solve": solve, "draw": lambda self, result: None, "__module__": __name__}
+    with pytest.raises(TypeError, match=says):
+        type(Study)("Own", (Study,), right | wrong)
+
+
+def test_what_is_no_answer_is_refused(wucht: Callable[..., Any], module: Callable[..., str]) -> None:
+    name = module(end="yield 3 or")
+    done = wucht("run", "practice/laundry-drum", "--import", f"{name}.py", "--set", "study.kind=count")
+    assert (done.code, f"the study 'count' ({name})" in done.err) == (1, True)
+    assert "'solve' must yield an Answer, not 3" in done.err
+
+
+def test_two_classes_of_one_module_with_one_kind_are_refused(refused: Callable[..., str], module: Callable[..., str]) -> None:
+    file = Path(f"{module()}.py")
+    file.write_text(f"{file.read_text(encoding='utf-8')}\n\nclass Other(Counting):\n    kind = 'count'\n", encoding="utf-8")
+    words = ("run", "practice/laundry-drum", "--import", str(file), "--set", "study.kind=count")
+    refused(*words, says=(f"given 'count'; not allowed: {file.stem}:", "has a study of this kind"))
+    sys.modules[file.stem].Other.kind = ""
 
 
 def test_the_figure_of_a_result_needs_the_module_of_its_study(

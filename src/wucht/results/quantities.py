@@ -105,7 +105,11 @@ def table(
 
 
 def group(name: str, quantities: Sequence[Quantity], long_name: str) -> Quantity:
-    """A table in the summary, each of whose keys is a quantity; keys that are tables themselves contribute their parts."""
+    """A table in the summary, each of whose keys is a quantity; keys that are tables themselves contribute their parts.
+
+    Raises ``WuchtError`` for equal names.
+    """
+    quantities = list(quantities_by_name(quantities).values())
     within = {part: facts for quantity in quantities for part, facts in quantity.parts.items()}
     parts = within | {quantity.name: (quantity.long_name, quantity.unit) for quantity in quantities}
     return Quantity(name, {quantity.name: quantity.value for quantity in quantities}, long_name, parts=parts)

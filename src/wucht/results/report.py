@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 MOST_LINES = 200  # an answer of more is shortened when it is stored
 _FIELD = re.compile(r"\{([^{}:]+)(?::([^{}]*))?\}")
 _FORM = re.compile(r"(?:\.(?:\d|1[0-6])[gfe])?%?")
-_STEP = re.compile(r"\[(\d{1,9})\]|\.?([^.\[\]]+)")
+_PATH = re.compile(r"[^.\[\]]+(?:\[\d{1,9}\]|\.[^.\[\]]+)*")
+_STEP = re.compile(r"\[(\d+)\]|([^.\[\]]+)")
 
 
 class _NoLineError(ValueError):
@@ -86,14 +87,18 @@ def _line(result: xr.Dataset, entry: Any) -> str | None:
 def _number(result: xr.Dataset, path: str, form: str) -> str | None:
     """Return a number of the summary in words; None for None. Raises ``_NoLineError``."""
     value: Any = result.wucht.summary
-    for index, name in _STEP.findall(path):
+    is_number = _PATH.fullmatch(path) is not None
+    for index, name in _STEP.findall(path) if is_number else ():
         try:
+            is_number = is_number and not isinstance(value, str)
             value = None if value is None else value[int(index) if index else name]
         except (LookupError, TypeError):
-            raise _NoLineError(f"{path!r} is no number of the summary") from None
+            is_number = False
+    if not is_number:
+        raise _NoLineError(f"{path[:60]!r} is no number of the summary")
     if _FORM.fullmatch(form) is None:
         raise _NoLineError(f"{form[:20]!r} is no format; allowed are .4g, .4f, .1e with at most 16 digits, and %")
     try:
         return number_text(value, result.wucht.unit_at(path), form, result.wucht.dimensionless)
-    except (TypeError, ValueError):
-        raise _NoLineError(f"{path!r} is no number") from None
+    except (TypeError, ValueError, OverflowError, RecursionError):
+        raise _NoLineError(f"{path[:60]!r} is no number") from None

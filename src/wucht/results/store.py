@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
+import numpy as np
+
 from wucht.errors import InputError, RunError
 from wucht.file_names import replace_non_utf8
 from wucht.results.provenance import with_checksums
@@ -109,4 +111,6 @@ def _clean(value: Any) -> Any:
         return replace_non_utf8(value)
     if isinstance(value, float):
         return value if math.isfinite(value) else None
+    if isinstance(value, np.generic | np.ndarray):
+        return _clean(value.tolist())
     return value

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from copy import copy
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import numpy as np
@@ -166,9 +167,11 @@ class Answer:
         """State a table of the summary: within it the numbers are its keys, and the fields of lines are these numbers."""
         quantities, path = self._quantities, self._path
         self._quantities, self._path = [], f"{path}.{name}".strip(".")
-        yield
-        quantities.append(group(name, self._quantities, what))
-        self._quantities, self._path = quantities, path
+        try:
+            yield
+            quantities.append(group(name, self._quantities, what))
+        finally:
+            self._quantities, self._path = quantities, path
 
     def add(self, quantities: Iterable[Quantity]) -> None:
         """State quantities that several studies share."""
@@ -218,8 +221,13 @@ class Answer:
     def fill(self) -> Self:
         """State what is not stated yet, and return the answer: for a study that joins or compares several."""
         if self._fill is not None:
+            before = {name: copy(fact) if isinstance(fact, list | dict) else fact for name, fact in vars(self).items()}
             fill, self._fill = self._fill, None
-            fill(self)
+            try:
+                fill(self)
+            except BaseException:  # also Ctrl-C: what is stated by half is stated anew where it is needed next
+                vars(self).update(before)
+                raise
         return self
 
     @property

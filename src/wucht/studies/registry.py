@@ -117,8 +117,9 @@ def _installed_studies() -> dict[str, StudyEntry]:
 def _add_study(by_kind: dict[str, StudyEntry], entry: StudyEntry, source: str) -> None:
     """Add a study to the registry. Raises ``InputError`` if another one has its kind."""
     present, loaded_class = by_kind.setdefault(entry.kind, entry), entry.loaded_class
-    if present.package != entry.package and (loaded_class is None or present.study is not loaded_class):
-        requirement = f"not allowed: {present.package} has a study of this kind; choose another name"
+    is_same = present.place == entry.place if ":" in present.place else present.package == entry.package
+    if not is_same and (loaded_class is None or present.study is not loaded_class):
+        requirement = f"not allowed: {present.place} has a study of this kind; choose another name"
         raise InputError(f"kind of {source}", entry.kind, requirement)
 
 

@@ -205,6 +205,9 @@ def _last_answer(spec: Study, answers: Iterable[Answer], save_unfinished: Callab
     latest, save_time, pause = None, clock.perf_counter(), _SAVE_EVERY_S
     try:
         for latest in answers:
+            if not isinstance(latest, Answer):
+                what = f"{spec.kind!r} ({type(spec).__module__})"
+                raise WuchtError(f"the study {what} has no answer: 'solve' must yield an Answer, not {latest!r:.40}")
             if clock.perf_counter() - save_time > pause:
                 before = clock.perf_counter()
                 save_unfinished(latest)

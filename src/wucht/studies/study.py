@@ -103,6 +103,8 @@ class Study(TableModel):
         super().__pydantic_init_subclass__(**options)
         if "kind" in vars(cls) and cls.kind:
             try:
+                if not isinstance(cls.kind, str):
+                    raise TypeError(f"{cls.__name__}: its kind must be a text, not {cls.kind!r}")
                 cls.check_class()
             except TypeError:
                 cls.kind = ""  # it exists until it is collected, and is no study until then
@@ -112,10 +114,12 @@ class Study(TableModel):
     def check_class(cls) -> None:
         """Raise ``TypeError`` if the class lacks what a study must have."""
         name = f"{cls.__name__}, a study of the kind {cls.kind!r},"
-        if not isgeneratorfunction(cls.solve) or cls.solve is Study.solve:
+        if not isgeneratorfunction(cls.solve) or cls.solve is Study.solve or not _takes(cls.solve, 4):
             raise TypeError(f"{name} must have a method solve(self, subject, prepared, work) that yields an Answer")
-        if cls.draw is Study.draw:
+        if cls.draw is Study.draw or not _takes(cls.draw, 2):
             raise TypeError(f"{name} must have a method draw(self, result)")
+        if not _takes(cls.prepare, 3 if "watch" in signature(cls.prepare).parameters else 2):
+            raise TypeError(f"{name} must have a method prepare(self, subject) or prepare(self, subject, watch)")
 
     @classmethod
     def error_location(cls) -> str:
@@ -182,3 +186,12 @@ class Study(TableModel):
                 yield from ((f"study.{key}[{i}]", one, unit) for i, one in enumerate(raw))
             elif unit is not None:
                 yield f"study.{key}", raw, unit
+
+
+def _takes(method: Callable[..., Any], count: int) -> bool:
+    """True if a function can be called with so many values, the first of which is ``self``."""
+    try:
+        signature(method).bind(*range(count))
+    except TypeError:
+        return False
+    return True
