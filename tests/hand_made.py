@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
 
 from wucht.extending_0_1 import result_dataset
 from wucht.results.accessor import register_accessor
 from wucht.results.quantities import Quantity
-from wucht.studies.registry import studies
-from wucht.studies.runner import draw
 
 register_accessor()  # for results that no study has made
 UNITS = {
@@ -75,20 +71,3 @@ def with_answer(result: xr.Dataset, units: Mapping[str, Mapping[str, str]] | Non
 def titled(result: xr.Dataset, dimensionless: bool = False) -> xr.Dataset:
     """What the runner adds to the Dataset of a study, as far as reports and figures need it."""
     return result.assign_attrs(title="A machine", dimensionless=int(dimensionless))
-
-
-def drawn(kind: str, result: xr.Dataset) -> Figure:
-    """The figure of such a result, arranged on its page."""
-    return draw(result.assign_attrs(study=kind, contents="[]"))
-
-
-def warnings_of(result: xr.Dataset) -> list[str]:
-    """The warnings of a Dataset that no runner has made."""
-    warnings: list[str] = result.wucht.warnings
-    return warnings
-
-
-def five_functions(kind: str) -> Any:
-    """The functions of a study that is not one class yet."""
-    study: Any = studies()[kind].study
-    return SimpleNamespace(**{name: study._function(name) for name in ("prepare", "run", "dataset", "figure", "report")})

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import pytest
 
-from wucht.extending_0_1 import Spec
 from wucht.schema import TableModel
 from wucht.studies.registry import studies, study_of
 
@@ -172,10 +171,6 @@ def test_what_a_function_uses_is_followed_into_what_it_calls() -> None:
 def test_a_figure_knows_the_dataset_alone(study: str) -> None:
     cls = studies()[study.replace("_", "-")].study
     whole, drawing, module = f"wucht.studies.{study}", f"{cls.__name__}.draw", cls.__module__
-    if issubclass(cls, Spec):
-        drawing = "figure"
-        within = [m for m in MODULES if f"{m}.".startswith(f"{whole}.")]
-        (module,) = [m for m in within if isinstance(_definitions(m).get(drawing), ast.FunctionDef)]
     assert drawing in _definitions(module)
     used = _used_by(module, drawing, whole)
     assert used

@@ -33,7 +33,7 @@ from .studies.exciter_design.study import ExciterDesign as ExciterDesign
 from .studies.failure_detection.study import FailureDetection as FailureDetection
 from .studies.load_spectrum.load_records import Records as Records
 from .studies.load_spectrum.study import LoadSpectrum as LoadSpectrum
-from .studies.optimise_balancer.spec import OptimiseBalancer as OptimiseBalancer
+from .studies.optimise_balancer.study import OptimiseBalancer as OptimiseBalancer
 from .studies.orbit_branch.study import OrbitBranch as OrbitBranch
 from .studies.phase_portrait.study import PhasePortrait as PhasePortrait
 from .studies.response.study import Response as Response

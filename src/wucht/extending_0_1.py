@@ -55,9 +55,8 @@ class Spec(Study):
     @classmethod
     def check_class(cls) -> None:
         """Warn: the form ends with 0.3.0. The functions stand after the class: they are checked in ``prepare``."""
-        if not cls.__module__.startswith("wucht."):
-            advice = f"the study {cls.kind!r} has the form of five functions, which ends with 0.3.0: make it one class, a Study"
-            warn(advice, FutureWarning, stacklevel=4)
+        advice = f"the study {cls.kind!r} has the form of five functions, which ends with 0.3.0: make it one class, a Study"
+        warn(advice, FutureWarning, stacklevel=4)
 
     @classmethod
     def _place(cls) -> str:

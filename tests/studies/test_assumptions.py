@@ -19,7 +19,7 @@ from wucht.studies.assumptions import assumptions
 from wucht.studies.basin.study import Basin
 from wucht.studies.load_spectrum.load_records import Records
 from wucht.studies.load_spectrum.study import LoadSpectrum
-from wucht.studies.optimise_balancer.spec import OptimiseBalancer
+from wucht.studies.optimise_balancer.study import OptimiseBalancer
 from wucht.studies.registry import studies
 from wucht.studies.response.study import Response
 from wucht.studies.run_up.study import RunUp

@@ -20,7 +20,7 @@ from wucht.studies.capture_probability.study import CaptureProbability
 from wucht.studies.coast_down import CoastDown
 from wucht.studies.entrainment.study import Entrainment
 from wucht.studies.load_spectrum.study import LoadSpectrum
-from wucht.studies.optimise_balancer.spec import OptimiseBalancer
+from wucht.studies.optimise_balancer.study import OptimiseBalancer
 from wucht.studies.orbit_branch.study import OrbitBranch
 from wucht.studies.phase_portrait.study import PhasePortrait
 from wucht.studies.response.study import Response

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _PARTS_OF_PI = (8, 4, 2, 1)  # ticks of an angle are multiples of pi over one of these, at most:
 _MOST_TICKS = 5
+_HUNDREDTH = 0.01
 _LEAST, _MOST = 0.05, 5000.0  # values between them are drawn without a prefix
 
 
@@ -67,6 +68,24 @@ def plain_decades(axis: Axis, alone: bool = False) -> None:
     axis.set_major_formatter(lambda value, _position: power_text(value))
     if alone:
         axis.set_minor_formatter(lambda _value, _position: "")
+
+
+def label_one_two_five(axis: Axis) -> None:
+    """Write ticks of a logarithmic axis at 1, 2 and 5 of each decade, as plain numbers; as powers of ten below a hundredth."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(lambda value, _position: f"{value:g}" if value >= _HUNDREDTH else power_text(value))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def limits_about(values: np.ndarray) -> tuple[float | None, float | None]:
+    """Limits of a scale for values of any shape, with room on both sides, twice as much above; none if none is finite."""
+    if not np.isfinite(values).any():
+        return None, None
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    room = 0.08 * (high - low) or 0.1 * abs(high) or 1.0
+    return low - room, high + 2 * room
 
 
 def power_text(value: float) -> str:

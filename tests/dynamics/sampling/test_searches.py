@@ -18,7 +18,7 @@ from wucht.dynamics.sampling.searches import (
     values_at,
     variables_of,
 )
-from wucht.studies.optimise_balancer.spec import OptimiseBalancer
+from wucht.studies.optimise_balancer.study import OptimiseBalancer
 from wucht.studies.study_file import read_study
 
 CENTRIFUGE = read_study("practice/laboratory-centrifuge").subject

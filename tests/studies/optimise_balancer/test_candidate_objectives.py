@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from tests.refusals import refused
 
+from wucht import OptimiseBalancer, RunUp
 from wucht.dynamics.balancers import candidates
 from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, evaluate_batch
 from wucht.dynamics.balancers.damping_optimum import compensated_state
 from wucht.dynamics.sampling.ensembles import MemberOutcomes
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, RESONANCE_PASSED, Outcome
-from wucht.studies.optimise_balancer import computation
-from wucht.studies.optimise_balancer.computation import prepare
-from wucht.studies.optimise_balancer.spec import OptimiseBalancer
-from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study
 
@@ -26,7 +22,7 @@ SPEC = OptimiseBalancer(vary={"damping": [0.01, 1.0]}, unbalance=[8e-3, 12e-3], 
 
 
 def test_objectives_are_those_of_run_ups_one_by_one() -> None:
-    trials = prepare(SPEC, FAST).as_it_is
+    trials = SPEC.prepare(FAST)[0].as_it_is
     each = []
     for phases, unbalance in zip(trials.phases.T.tolist(), trials.spread.tolist(), strict=True):
         own = {"drum.eccentricity": unbalance, "p1.damping": 0.05, "p2.damping": 0.05}
@@ -85,7 +81,7 @@ def test_runs_that_are_captured_or_open(
     )
     monkeypatch.setattr(candidates, "outcomes_of", lambda *_: seen)
     of = evaluate_batch(
-        prepare(SPEC.model_copy(update={"samples": 4}), FAST).as_it_is, "full", np.array([[0.05]]), lambda _share: None
+        SPEC.model_copy(update={"samples": 4}).prepare(FAST)[0].as_it_is, "full", np.array([[0.05]]), lambda _share: None
     )
     assert of.objectives[0, SETTLING] == pytest.approx(half, nan_ok=True)
     assert (of.objectives[0, CAPTURE], of.captured_share[0], of.undecided_share[0]) == (most, captured, undecided)
@@ -97,15 +93,16 @@ def test_the_residual_is_what_the_bodies_must_leave_of_the_largest_unbalance(mon
     seen = MemberOutcomes(np.full(2, OUTCOMES.index(C)), np.ones(2), np.ones(2), np.full(2, 10.0))
     monkeypatch.setattr(candidates, "outcomes_of", lambda *_: seen)
     heavy = SPEC.model_copy(update={"unbalance": (30e-3, 40e-3)})
-    of = evaluate_batch(prepare(heavy, FAST).as_it_is, "full", np.array([[0.05]]), lambda _share: None)
+    of = evaluate_batch(heavy.prepare(FAST)[0].as_it_is, "full", np.array([[0.05]]), lambda _share: None)
     assert of.objectives[0, RESIDUAL] == pytest.approx(40e-3 - 2 * 0.125 * 0.104)
 
 
 def test_averaged_equations_see_too_high_a_peak_where_the_passage_is_fast() -> None:
     """Which is why they are not those of the search by default, and what is said where they are asked for."""
-    plan = prepare(SPEC.model_copy(update={"model": "slow"}), FAST)
-    assert any("too high where a resonance is passed fast" in w for w in plan.warnings)
-    slow, full = (evaluate_batch(plan.as_it_is, m, np.array([[0.05]]), lambda _share: None) for m in ("slow", "full"))
+    search, doubts = SPEC.model_copy(update={"model": "slow"}).prepare(FAST)
+    assert any("too high where a resonance is passed fast" in doubt for doubt in doubts)
+    assert SPEC.model_copy(update={"model": "slow", "objectives": ("residual",)}).prepare(FAST)[1] == ()
+    slow, full = (evaluate_batch(search.as_it_is, m, np.array([[0.05]]), lambda _share: None) for m in ("slow", "full"))
     assert slow.objectives[0, PEAK] > 1.3 * full.objectives[0, PEAK]
     assert slow.objectives[0, SETTLING] == pytest.approx(full.objectives[0, SETTLING], rel=0.2)
 
@@ -113,15 +110,15 @@ def test_averaged_equations_see_too_high_a_peak_where_the_passage_is_fast() -> N
 def test_a_held_speed_passes_no_resonance() -> None:
     """There the largest amplitude is that of the jolt with which a run begins, and says nothing of the bodies."""
     held = read_study("sperling-rollers/figure-9").subject
-    plan = prepare(OptimiseBalancer(vary={"damping": [1e-5, 1e-4]}), held)
-    assert plan.objectives == ("settling-time", "residual", "capture-probability")
+    search, _ = OptimiseBalancer(vary={"damping": [1e-5, 1e-4]}).prepare(held)
+    assert search.objectives == (SETTLING, RESIDUAL, CAPTURE)
     with refused("study.objectives", given="peak"):
-        prepare(OptimiseBalancer(vary={"damping": [1e-5, 1e-4]}, objectives=["peak"]), held)
+        OptimiseBalancer(vary={"damping": [1e-5, 1e-4]}, objectives=["peak"]).prepare(held)
 
 
 def test_the_rest_of_the_start_is_everyones() -> None:
     start = {"drum": {"angle": "90 deg", "speed": "5 rad/s"}, "carrier": {"x": "1 mm"}}
-    trials = prepare(SPEC.model_copy(update={"start": start}), FAST).as_it_is
+    trials = SPEC.model_copy(update={"start": start}).prepare(FAST)[0].as_it_is
     turned = replace(trials, settings=replace(trials.settings, start={}))
     assert np.array_equal(trials.phases, turned.phases)
     begun, plain = trials.starts(FAST), turned.starts(FAST)
@@ -137,13 +134,11 @@ def test_the_rest_of_the_start_is_everyones() -> None:
 @pytest.mark.parametrize("start", [{"psi": 1.0}, {"p1": 0.3}, {"p2": {"angle": 0.3, "speed": 1.0}}])
 def test_phases_are_not_given(start: dict[str, object]) -> None:
     with refused(f"study.start.{next(iter(start))}", given=next(iter(start.values()))):
-        prepare(SPEC.model_copy(update={"start": start}), FAST)
+        SPEC.model_copy(update={"start": start}).prepare(FAST)
 
 
-def test_a_check_has_the_largest_residual_of_both_ends_of_the_spread(monkeypatch: pytest.MonkeyPatch) -> None:
-    trials = prepare(SPEC, FAST).as_it_is
-    left = iter([2.0, 5.0])
-    monkeypatch.setattr(computation, "evaluate_runs", lambda *_: (None, None))
-    monkeypatch.setattr(computation, "compensated_state", lambda *_, **__: SimpleNamespace(residual=next(left)))
-    assert len(set(trials.ends)) == 2
-    assert computation.verify_candidate(trials, np.array([0.05]), lambda _share: None).residual == 5.0
+@pytest.mark.parametrize(("key", "ends", "bad"), [("radius", [0.004, 1.0], 1.0), ("track_radius", [0.001, 0.2], 0.001)])
+def test_either_end_of_a_range_may_be_what_the_parts_do_not_allow(key: str, ends: list[float], bad: float) -> None:
+    """Balls of 5 mm in a ring of 115 mm."""
+    with refused(f"study.vary.{key}", given=bad):
+        OptimiseBalancer(vary={key: ends}).prepare(read_study("practice/balls-at-resonance").subject)

@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from wucht import OptimiseBalancer, SynchronousStates
 from wucht.dynamics.balancers.candidates import evaluate_candidates
 from wucht.dynamics.balancers.damping_optimum import compensated_state, damping_curve, decay_rate, decay_rates
 from wucht.dynamics.work import Work
-from wucht.studies.optimise_balancer.computation import prepare
-from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study
-from wucht.studies.synchronous_states.study import SynchronousStates
 
 MACHINE = read_study("sperling-rollers/figure-9").subject
 RANGE = [5e-6, 5e-4]
@@ -47,9 +45,9 @@ def test_rates_are_those_of_the_papers_equations(damping: float) -> None:
 def test_optimum_between_oscillation_and_creep() -> None:
     """Below it the slowest motion swings, above it creeps; runs from random starts take longer at either side."""
     spec = OptimiseBalancer(vary={"damping": RANGE}, samples=16, population=4, evaluations=4, seed=3)
-    plan = prepare(spec, MACHINE)
-    assert plan.curve is not None
-    trials, dampings = plan.curve
+    search, _ = spec.prepare(MACHINE)
+    assert search.curve is not None
+    trials, dampings = search.curve
     seen = evaluate_candidates(trials, "full", dampings[::6, None], Work(), "")
     curve = damping_curve(dampings[::6], seen, decay_rates(trials, dampings[::6]))
     assert dampings[0] == pytest.approx(RANGE[0])

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht import OptimiseBalancer
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
-from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.runner import run
 
 

@@ -13,7 +13,6 @@ import pytest
 from wucht.dynamics.balancers.candidates import evaluate_runs
 from wucht.dynamics.sampling.choice import Scores
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
-from wucht.studies.optimise_balancer.balancer_plan import prepare
 from wucht.studies.runner import load
 from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study
@@ -89,7 +88,7 @@ def test_the_file_of_the_catalogue_gives_what_its_notes_say() -> None:
     assert s["damping"]["of_rates"] == pytest.approx(1.34e-4, rel=0.03)
     assert 1.05e-4 < s["damping"]["optimum"] < 1.35e-4
     assert any(p["objectives"]["residual"] == 0 for p in s["front"])
-    trials = prepare(study.spec, study.subject).as_it_is
+    trials = study.spec.prepare(study.subject)[0].as_it_is
     fresh = replace(trials, settings=replace(trials.settings, samples=256), stream=77)
     rows = [r for r in s["compared"] if r["fails"] == 0]
     numbers = np.array([[r["parameters"][v.name] for v in trials.variables] for r in rows])

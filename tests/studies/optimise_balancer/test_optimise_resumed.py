@@ -9,13 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from known_fronts import MACHINE, RANGE, Parabolas
+from known_fronts import MACHINE, RANGE, KnownRuns, parabolas
 
 from interrupting import assert_same, stop_at, stopped_often
-from wucht.dynamics.balancers import candidates
+from wucht import OptimiseBalancer
+from wucht.dynamics.balancers import balancer_candidate, balancer_search, candidates
 from wucht.studies import runner
-from wucht.studies.optimise_balancer import balancer_plan, computation
-from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.runner import draw, report
 from wucht.studies.runner import run as ask
 
@@ -34,11 +33,11 @@ QUESTION = OptimiseBalancer(
 def _small_units(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of two candidates each; steady states, which take longer, are not sought."""
     monkeypatch.setattr(candidates, "_UNIT", 4)
-    monkeypatch.setattr(computation, "compensated_state", lambda _machine, full: None)
+    monkeypatch.setattr(balancer_candidate, "compensated_state", lambda _machine, full: None)
 
 
 def test_resumed_is_uninterrupted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    engine = Parabolas()
+    engine = KnownRuns(parabolas)
     monkeypatch.setattr(candidates, "outcomes_of", engine)
     asked, reports = QUESTION.model_copy(update={"damping_curve": False}), list[float]()
     whole = ask(asked, MACHINE, progress=lambda share, _: reports.append(share))
@@ -51,7 +50,7 @@ def test_resumed_is_uninterrupted(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 @pytest.mark.slow
 def test_what_is_known_before_the_end_is_drawn(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(candidates, "outcomes_of", Parabolas())
+    monkeypatch.setattr(candidates, "outcomes_of", KnownRuns(parabolas))
     result = ask(QUESTION, MACHINE, folder=tmp_path, progress=stop_at(60))
     assert not result.attrs["finished"]
     draw(result)
@@ -73,7 +72,7 @@ class Workers:
 
 @pytest.mark.slow
 def test_workers_find_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(candidates, "outcomes_of", Parabolas())
+    monkeypatch.setattr(candidates, "outcomes_of", KnownRuns(parabolas))
     workers = Workers()
     alone = ask(QUESTION, MACHINE)
     monkeypatch.setattr(runner, "cluster_at", lambda _address: nullcontext(workers))
@@ -84,8 +83,8 @@ def test_workers_find_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_that_it_takes_long_is_said_before(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where all are run up one by one, as balls of a track are, how many run-ups there will be is the first that is told."""
-    monkeypatch.setattr(candidates, "outcomes_of", Parabolas())
-    monkeypatch.setattr(balancer_plan, "batching_obstacle", lambda _question: "bodies are released on the way")
+    monkeypatch.setattr(candidates, "outcomes_of", KnownRuns(parabolas))
+    monkeypatch.setattr(balancer_search, "batching_obstacle", lambda _question: "bodies are released on the way")
     told: list[str] = []
 
     def stop(_share: float, what: str) -> None:

@@ -7,19 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from known_fronts import END, MACHINE, RANGE, x_of
+from known_fronts import END, MACHINE, RANGE, KnownRuns, ask_known, told, x_of
 
-from wucht.dynamics.balancers import candidates
 from wucht.dynamics.sampling.ensembles import MemberOutcomes
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
-from wucht.studies.optimise_balancer import computation
-from wucht.studies.optimise_balancer.spec import OptimiseBalancer
 from wucht.studies.runner import draw, report
-from wucht.studies.runner import run as ask
 
 QUESTION: dict[str, Any] = {
     "vary": {"damping": RANGE}, "objectives": ["settling-time", "capture-probability"], "samples": 16, "population": 8,
-    "evaluations": 16, "points": 4,
+    "evaluations": 16, "damping_curve": True,
 }  # fmt: skip
 SLOW = MACHINE.with_values({"p1.damping": 1e-6, "p2.damping": 1e-6})  # x = -1: 4.25 s
 BEST = 0.5  # of x, for which the median settling time is 2 s
@@ -31,18 +27,7 @@ def time_of(x: np.ndarray) -> np.ndarray:
     return np.asarray(2 + (x - BEST) ** 2)
 
 
-@pytest.fixture(autouse=True)
-def _no_steady_states(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(computation, "compensated_state", lambda _machine, full: None)
-    monkeypatch.setattr(computation, "decay_rates", lambda _trials, dampings, _report=None: _Rates(dampings))
-
-
-class _Rates:
-    def __init__(self, dampings: np.ndarray) -> None:
-        self.values, self.greatest_at = np.full(len(dampings), np.nan), np.nan
-
-
-class Chances:
+class Chances(KnownRuns):
     """Runs whose settling times are 2 s + (x - 0.5)^2, times a lognormal factor of their start and of x; beyond a cliff none
     ends compensated. With so much chance the best of many candidates is the luckiest one."""
 
@@ -60,8 +45,7 @@ class Chances:
 
 
 def ask_with(engine: Chances, monkeypatch: pytest.MonkeyPatch, machine: Any = SLOW, **changes: Any) -> xr.Dataset:
-    monkeypatch.setattr(candidates, "outcomes_of", engine)
-    return ask(OptimiseBalancer(**QUESTION | changes), machine)
+    return ask_known(monkeypatch, engine, machine, **QUESTION | changes)
 
 
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 11))])
@@ -83,15 +67,6 @@ def test_nothing_that_is_shown_with_it_is_better(seed: int, monkeypatch: pytest.
     draw(result)
 
 
-def test_what_one_has_is_kept_where_nothing_is_better_beyond_chance(monkeypatch: pytest.MonkeyPatch) -> None:
-    damping = float(10 ** (BEST - 5))
-    result = ask_with(Chances(), monkeypatch, MACHINE.with_values({"p1.damping": damping, "p2.damping": damping}))
-    s = result.wucht.summary
-    assert s["recommended"]["point"] is None and s["recommended"]["parameters"]["damping"] == damping
-    assert s["sentence"].startswith("nothing is better beyond chance than the machine as it is, keep it: 2 bodies: median ")
-    assert s["recommended"]["changes"] == {} and any("to keep the machine as it is" in line for line in report(result))
-
-
 def test_the_cliff_is_stated_with_its_value(monkeypatch: pytest.MonkeyPatch) -> None:
     """All runs are captured beyond x = 0.9, 8 times the damping of 10^-5 N m s."""
     s = ask_with(Chances(cliff=0.9), monkeypatch).wucht.summary
@@ -105,4 +80,8 @@ def test_the_cliff_is_stated_with_its_value(monkeypatch: pytest.MonkeyPatch) -> 
 def test_a_damping_that_is_not_varied_is_named_where_it_gains_more(monkeypatch: pytest.MonkeyPatch) -> None:
     result = ask_with(Chances(), monkeypatch, vary={"mass": [0.1, 0.2]})
     assert "alone, which is not varied, settles sooner: " in result.attrs["warnings"]
+    assert "that damping, which is not varied, " in told(result)["compared"]
+    assert [r["parameters"] for r in result.wucht.summary["compared"] if r["what"] == "damping alone"] == [
+        {"damping": pytest.approx(result.wucht.summary["damping"]["optimum"])}
+    ]
     assert "which is not varied" not in ask_with(Chances(), monkeypatch).attrs["warnings"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import Any, Literal
 
@@ -112,6 +112,12 @@ class CandidateResults:
     is_allowed: np.ndarray
 
     @classmethod
+    def unknown(cls, count: int, variables: int) -> CandidateResults:
+        """Return results of so many candidates that are not evaluated: nan."""
+        shapes = {"numbers": (count, variables), "objectives": (count, 4), "error": count, "outcomes": (count, len(OUTCOMES))}
+        return cls(**{name: np.full(shape, np.nan) for name, shape in shapes.items()}, is_allowed=np.zeros(count, bool))
+
+    @classmethod
     def join(cls, parts: Sequence[CandidateResults]) -> CandidateResults:
         """Join the results of several groups of candidates, in order."""
         return cls(**{f.name: np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)})
@@ -209,6 +215,27 @@ class BalancerTrials:
             if _widths(candidate, [b.name for b in track.bodies]).sum() > 2 * np.pi:
                 raise InputError("study.vary", None, f"the bodies of the track {track.name!r} do not fit on it")
         return candidate
+
+    def check_ends(self) -> None:
+        """Refuse an end of a range that the parts do not allow, all else unchanged. Raises ``InputError``."""
+        for v in self.variables:
+            for end in (v.low, v.high):
+                try:
+                    replace(self, variables=(v,)).candidate_machine([end])
+                except InputError as error:
+                    raise InputError(f"study.vary.{v.name}", end, error.explanation) from None
+
+
+def unbalance_parameter(machine: Machine) -> tuple[str, float, float]:
+    """Return the path of the parameter of the rotor's unbalance, its value for 1 kg m, and the unbalance in kg m. Raises
+    ``InputError``."""
+    name, values = machine.rotor.name, machine.values
+    if f"{name}.unbalance" in values:
+        return f"{name}.unbalance", 1.0, values[f"{name}.unbalance"]
+    if f"{name}.eccentricity" in values:
+        mass, eccentricity = values[f"{name}.mass"], values[f"{name}.eccentricity"]
+        return f"{name}.eccentricity", 1 / mass, eccentricity * mass
+    raise InputError("machine.bodies", name, "a main rotor with an unbalance or an eccentricity is required")
 
 
 def phases(machine: Machine, samples: int, seed: Sequence[int]) -> np.ndarray:

@@ -4,7 +4,7 @@ damping lets them creep there; between them lies the damping with the shortest s
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,9 +17,13 @@ from wucht.analysis.configurations.search import all_states
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.vibration import Vibration
 from wucht.dynamics.balancers.candidates import CAPTURE, SETTLING, BalancerTrials, CandidateResults
+from wucht.dynamics.sampling.searches import Variable, balancer_names
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import driven_speeds, machine_at_speed
+
+_CURVE = 25  # dampings
+_DECADES = 1.5  # on either side of the machine's damping, where it is not varied
 
 
 def states_at_speed(machine: Machine) -> tuple[State, ...]:
@@ -86,6 +90,27 @@ class DampingCurve:
     rate: np.ndarray
     optimum: float
     rate_optimum: float
+
+
+def curve_trials(trials: BalancerTrials) -> tuple[BalancerTrials, np.ndarray] | None:
+    """Return trials with the damping of all bodies as the only variable, and the dampings (N,); None where a body has none."""
+    machine, names = trials.machine, balancer_names(trials.machine)
+    if any(f"{b}.damping" not in machine.values for b in names):
+        return None
+    damping_variable = next((v for v in trials.variables if v.key == "damping" and len(v.paths) == len(names)), None)
+    damping = max(machine.values[f"{b}.damping"] for b in names)
+    if damping_variable is None and not damping > 0:
+        return None
+    low, high = (
+        (damping * 10**-_DECADES, damping * 10**_DECADES)
+        if damping_variable is None
+        else (damping_variable.low, damping_variable.high)
+    )
+    if not low > 0:
+        low = high * 10 ** (-2 * _DECADES)
+    parameter = machine.parameters[f"{names[0]}.damping"]
+    only = Variable("damping", "damping", tuple(f"{b}.damping" for b in names), low, high, parameter.unit, parameter.long_name)
+    return replace(trials, variables=(only,)), np.geomspace(low, high, _CURVE)
 
 
 def damping_curve(dampings: np.ndarray, results: CandidateResults, rates: DecayRates) -> DampingCurve:

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import math
 from itertools import combinations
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.axis import Axis
-from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
 
-from wucht.plots.scales import power_text
+from wucht.plots.scales import label_one_two_five, limits_about
 from wucht.plots.sheet import labelled_handles, leading_clauses, legend_above, legend_below, new_grid
 from wucht.plots.style import COLOURS, GREY
 from wucht.results.formatting import bodies_in_words, with_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _MARKS = "os^Dv<>ph*"
 _NAMES = {
@@ -36,7 +36,6 @@ _RECOMMENDED_STYLE: dict[str, Any] = {
     "marker": "*", "linestyle": "", "color": "gold", "markeredgecolor": "black", "markersize": 12, "zorder": 5,
 }  # fmt: skip
 _CAPTURE = "capture-probability"
-_SMALL = 0.01  # below, labels are powers of ten
 _DECAY = math.log(100)  # a deviation has decayed to 1 %
 
 
@@ -91,34 +90,18 @@ def _plane(axis: Axes, result: xr.Dataset, s: dict[str, Any], objectives: list[s
     is_checked = np.isfinite(result.own_checked.values[[i, j]]).all()
     baseline = result.own_checked.values if is_checked else result.own_objective.values
     axis.plot(a * baseline[i], b * baseline[j], label="machine as it is", **_BASELINE_STYLE)
-    _mark_recommended(axis, result, s, (i, a), (j, b))
+    place = None if s["recommended"] is None else s["recommended"]["point"]
+    if place is not None:
+        axis.plot(a * check_values[place, i], b * check_values[place, j], label="recommended", **_RECOMMENDED_STYLE)
     baseline_undecided = s["as_it_is"]["checked_undecided" if is_checked else "undecided"]
     undecided_shares = np.r_[result.front_undecided.values, result.front_checked_undecided.values, baseline_undecided]
     points = np.concatenate([front, check_values, baseline[None]])[:, [i, j]] * [a, b]
     less = points - undecided_shares[:, None] * [a * (x == _CAPTURE), b * (y == _CAPTURE)]  # by runs without a verdict
     for most, least in zip(points, less, strict=True):
         axis.plot(*zip(least, most, strict=True), color=COLOURS[1], linewidth=1.5, zorder=2)
-    axis.set(xlim=_limits(points[:, 0], less[:, 0]), ylim=_limits(points[:, 1], less[:, 1]))
+    around = np.stack([points, less])  # distant candidates would leave no room for the front
+    axis.set(xlim=limits_about(around[..., 0]), ylim=limits_about(around[..., 1]))
     axis.set(xlabel=with_unit(_NAMES[x], x_unit), ylabel=with_unit(_NAMES[y], y_unit))
-
-
-def _mark_recommended(axis: Axes, result: xr.Dataset, s: dict[str, Any], x: tuple[int, float], y: tuple[int, float]) -> None:
-    """Mark the recommended point of the front. x, y: columns of the objectives and their scales."""
-    recommendation = s.get("recommended")
-    if recommendation is not None and recommendation["point"] is not None:
-        (i, a), (j, b) = x, y
-        values = result.front_checked.values[recommendation["point"]]
-        axis.plot(a * values[i], b * values[j], label="recommended", **_RECOMMENDED_STYLE)
-
-
-def _limits(*points: np.ndarray) -> tuple[float | None, float | None]:
-    """Return limits around the points of interest: distant candidates would leave no room for the front."""
-    values = np.concatenate(points)
-    if not np.isfinite(values).any():
-        return None, None
-    low, high = float(np.nanmin(values)), float(np.nanmax(values))
-    room = 0.08 * (high - low) or 0.1 * abs(high) or 1.0
-    return low - room, high + 2 * room
 
 
 def _damping(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
@@ -137,10 +120,10 @@ def _damping(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
     values = np.r_[result.settling_time.values, linear]
     values = values[np.isfinite(values) & (values > 0)]
     axis.set_xscale("log")
-    _one_two_five(axis.xaxis)
+    label_one_two_five(axis.xaxis)
     if len(values):
         axis.set_yscale("log")
-        _one_two_five(axis.yaxis)
+        label_one_two_five(axis.yaxis)
         axis.set_ylim(values.min() / 1.5, values.max() * 1.5)
     for best, colour, dashes, name in (("optimum", COLOURS[0], "-.", "of the runs"), ("of_rates", "black", ":", "linearised")):
         if s["damping"][best] is not None:
@@ -153,18 +136,11 @@ def _damping(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
 def _compared_dampings(axis: Axes, s: dict[str, Any]) -> None:
     """Draw settling times of the check, of those that differ from the machine as it is in the damping alone."""
     baseline, points = s["as_it_is"], list[tuple[float, float]]()
-    rest = {name: x for name, x in baseline.get("parameters", {}).items() if name != "damping"}
-    for row in s.get("compared", []):
+    rest = {name: x for name, x in baseline["parameters"].items() if name != "damping"}
+    for row in s["compared"]:
         parameters = rest | row["parameters"]
         is_alone = row["bodies"] == baseline["bodies"] and all(math.isclose(parameters[n], x) for n, x in rest.items())
         if is_alone and "damping" in parameters and row["settling_time"] is not None:
             points.append((parameters["damping"], row["settling_time"]))
     if points:
         axis.plot(*zip(*points, strict=True), "D", color=COLOURS[1], markersize=4, zorder=3, label="checked")
-
-
-def _one_two_five(ticks: Axis) -> None:
-    """Set labels at 1, 2 and 5 of each decade, as plain numbers."""
-    ticks.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    ticks.set_major_formatter(lambda value, _position: f"{value:g}" if value >= _SMALL else power_text(value))
-    ticks.set_minor_formatter(NullFormatter())

@@ -1,0 +1,109 @@
+"""A candidate of a search for the best balancer: its evaluation by the search, and its check by the full equations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wucht.dynamics.balancers.candidates import (
+    CAPTURE,
+    PEAK,
+    RESIDUAL,
+    SETTLING,
+    BalancerTrials,
+    CandidateResults,
+    SettlingRuns,
+    evaluate_runs,
+)
+from wucht.dynamics.balancers.damping_optimum import compensated_state
+from wucht.dynamics.balancers.recommendation import CHECK_SAMPLES, CHECK_STREAM, BalancerMerit, Design, fresh_trials
+from wucht.dynamics.sampling.ensembles import Report, subprogress
+from wucht.errors import InputError
+
+_RUNS = 0.8  # of the progress of a check; the rest are steady states
+_FAR = 0.1  # relative: times that differ by more are another objective, if chance does not explain it
+_PEAK = 0.2  # likewise; the largest of few
+_RESIDUAL = 0.01  # of the greatest unbalance
+_CHANCE = 2.6  # standard deviations: a hundredth of what chance does
+
+
+@dataclass(frozen=True)
+class FullCheck:
+    """A candidate in the full equations: its runs, and their evaluation. residual: the least of a stable state, at the worse
+    end of the unbalances, nan: there is none, or it cannot be computed, for the ``reason``."""
+
+    evaluation: CandidateResults
+    runs: SettlingRuns
+    residual: float
+    reason: str = ""
+
+    @property
+    def objectives(self) -> np.ndarray:
+        """Objectives (4,), with the residual of the stable state."""
+        objectives = self.evaluation.objectives[0].copy()
+        objectives[RESIDUAL] = self.residual
+        return np.asarray(objectives)
+
+
+@dataclass(frozen=True)
+class BalancerCandidate:
+    """A candidate: number of bodies, values of the variables (k,), and its evaluation by the search; check: None as long as it
+    is not checked."""
+
+    bodies: int
+    numbers: np.ndarray
+    evaluation: CandidateResults
+    check: FullCheck | None = None
+
+    @property
+    def results(self) -> CandidateResults:
+        """By the check where there is one, else by the search."""
+        return self.evaluation if self.check is None else self.check.evaluation
+
+    @property
+    def objectives(self) -> np.ndarray:
+        """Objectives (4,) by the check where there is one, else by the search."""
+        return np.asarray(self.evaluation.objectives[0]) if self.check is None else self.check.objectives
+
+    @property
+    def checked_objectives(self) -> np.ndarray:
+        """Objectives (4,) by the check, nan where there is none."""
+        return np.full(4, np.nan) if self.check is None else self.check.objectives
+
+    @property
+    def merit(self) -> BalancerMerit:
+        """What counts for a recommendation."""
+        return BalancerMerit.of(self.bodies, float(self.results.objectives[0, SETTLING]), self.results.outcomes[0])
+
+    @property
+    def design(self) -> Design:
+        """The candidate, as it competes for the recommendation."""
+        return Design.of(str(self.bodies), self.numbers.tolist())
+
+    def deviations(self, unbalance: float, samples: int) -> np.ndarray:
+        """Return the differences (4,) of the objectives between search and check, relative to those that chance explains: those
+        beyond 1 are others; inf where one of the two has none. unbalance: the greatest of the rotor, in kg m.
+        samples: number of runs by the search."""
+        ours, theirs, tolerances = self.evaluation, self.results, np.empty(4)
+        share = (ours.objectives[0, CAPTURE] + theirs.objectives[0, CAPTURE]) / 2
+        tolerances[SETTLING] = _FAR * ours.objectives[0, SETTLING] + _CHANCE * np.hypot(ours.error[0], theirs.error[0])
+        tolerances[RESIDUAL] = _RESIDUAL * unbalance
+        tolerances[PEAK] = _PEAK * ours.objectives[0, PEAK]
+        tolerances[CAPTURE] = 1 / samples + _CHANCE * np.sqrt((1 + 1 / CHECK_SAMPLES) * share * (1 - share) / samples)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(np.nan_to_num(abs(self.objectives - ours.objectives[0]) / tolerances, nan=np.inf))
+
+
+def verify_candidate(trials: BalancerTrials, numbers: np.ndarray, report: Report) -> FullCheck:
+    """Check a candidate (k,) in the full equations, from other phases: the search has adapted it to those of its runs."""
+    fresh = fresh_trials(trials, CHECK_SAMPLES * trials.settings.samples, CHECK_STREAM)
+    evaluation, runs = evaluate_runs(fresh, "full", numbers[None], subprogress(report, 0.0, _RUNS))
+    residuals, machine = list[float](), trials.candidate_machine(numbers.tolist())
+    for end in dict.fromkeys(trials.ends):
+        try:
+            state = compensated_state(machine.with_values({trials.unbalance: end}), full=True)
+        except InputError as error:
+            return FullCheck(evaluation, runs, np.nan, error.explanation)
+        residuals.append(np.nan if state is None or state.residual is None else state.residual)
+    return FullCheck(evaluation, runs, float(np.max(residuals)))
