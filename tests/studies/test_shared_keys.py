@@ -1,24 +1,13 @@
-"""Lines of several reports from summaries that are made by hand, and questions of a few studies that do not fit."""
+"""Keys that several studies share: Woehler lines, and questions of a few studies that do not fit."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import pytest
-import xarray as xr
-from tests.hand_made import answered, titled
 from tests.refusals import refused
 
-from wucht.studies.registry import study_of
 from wucht.studies.shared_keys import Woehler, woehler_line, woehler_validator
-
-AT = "10 rad/s (95 rpm)"
-
-
-def lines(kind: str, dimensionless: bool = False, data: Any = None, /, **summary: Any) -> list[str]:
-    made = titled(answered(xr.Dataset(data or {}), summary, dimensionless=dimensionless), dimensionless)
-    told: list[str] = study_of(kind).drawer.report(made)
-    return told
 
 
 def test_woehler_lines() -> None:
