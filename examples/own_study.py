@@ -25,6 +25,8 @@ class Poles(Study):
         """State the poles in the upper half plane, the slowest first."""
         a, poles = Answer(machine.units), work.unit("poles", lambda: vibration.poles)
         poles = poles[(poles.imag >= 0) & (np.abs(poles) < (self.below or np.inf))]
+        if not len(poles):
+            raise InputError("study.below", self.below, "must be greater: no pole has a smaller angular frequency")
         poles = poles[np.argsort(np.abs(poles))]
         size, damping = np.abs(poles), -poles.real / np.abs(poles)
         a.table(

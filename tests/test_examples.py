@@ -144,6 +144,8 @@ def test_a_study_of_our_own_is_one_file(wucht: Callable[..., Any], here: Path) -
     assert written["poles"] == summary["poles"]
     refused = wucht("run", "practice/laundry-drum", *poles, "--set", "study.bellow=3")
     assert (refused.code, "below" in refused.err) == (2, True)
+    none = wucht("run", "practice/laundry-drum", *poles, "--set", "study.below=0.001")
+    assert (none.code, "no pole has a smaller angular frequency" in none.err) == (2, True)
 
 
 @pytest.mark.slow

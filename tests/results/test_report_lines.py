@@ -84,6 +84,11 @@ def test_a_line_without_its_number_is_left_out_in_silence() -> None:
     assert report_of(stored([["x", "{none} of {speed}", {}]], "TURNS")) == ["A machine", "verdict: TURNS"]
 
 
+def test_a_line_is_one_line_of_printable_letters() -> None:
+    assert filled("{name} µ", name="a\nverdict: b\x1b[31m") == "a?verdict: b?[31m µ"
+    assert len(filled("y" * 10_000)) == 10_000
+
+
 @pytest.mark.parametrize(
     ("line", "reason"),
     [
@@ -98,6 +103,8 @@ def test_a_line_without_its_number_is_left_out_in_silence() -> None:
         (["x", "{speed..}", {}], "'speed..' is no number"),
         (["x", "{forces..a}", {}], "'forces..a' is no number"),
         (["x", "{sentence[0]}", {}], "'sentence[0]' is no number"),
+        (["x", "y" * 10_001, {}], "a text has at most 10,000 characters"),
+        (["x", "{name}", {"name": "y" * 10_001}], "a text has at most 10,000 characters"),
         (["x", 3, {}], "a line is a heading"),
         (["x", "{speed}", {"speed": 3}], "a line is a heading"),
         ("x", "a line is a heading"),
@@ -181,6 +188,10 @@ def test_a_number_is_stated_once() -> None:
     a.number("speed", 3.0, "another speed")
     with pytest.raises(wucht.WuchtError, match="'speed'"):
         a.to_dataset()
+    other = answer()
+    other.number("sentence", "another one", "sentence")
+    with pytest.raises(wucht.WuchtError, match="'sentence'"):
+        other.to_dataset()
 
 
 def test_a_number_of_a_table_is_stated_once_and_the_others_remain() -> None:

@@ -10,12 +10,14 @@ import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from wucht.file_names import printable
 from wucht.results.formatting import number_text
 
 if TYPE_CHECKING:
     import xarray as xr
 
 MOST_LINES = 200  # an answer of more is shortened when it is stored
+_MOST_LETTERS = 10_000  # of a text
 _FIELD = re.compile(r"\{([^{}:]+)(?::([^{}]*))?\}")
 _FORM = re.compile(r"(?:\.(?:\d|1[0-6])[gfe])?%?")
 _PATH = re.compile(r"[^.\[\]]+(?:\[\d{1,9}\]|\.[^.\[\]]+)*")
@@ -71,7 +73,8 @@ def _line(result: xr.Dataset, entry: Any) -> str | None:
     """Return a line; None if one of its numbers is None. Raises ``_NoLineError``."""
     match entry:
         case [str() | None as heading, str(text), dict(texts)] if all(isinstance(one, str) for one in texts.values()):
-            pass
+            if max(map(len, (heading or "", text, *texts.values()))) > _MOST_LETTERS:
+                raise _NoLineError(f"a text has at most {_MOST_LETTERS:,} characters")
         case _:
             raise _NoLineError("a line is a heading, a text, and texts for its fields")
     values = list[str | None]()
@@ -81,7 +84,7 @@ def _line(result: xr.Dataset, entry: Any) -> str | None:
         return values[-1] or ""
 
     filled_text = _FIELD.sub(fill_field, text)
-    return None if None in values else _column_line(heading, filled_text)
+    return None if None in values else printable(_column_line(heading, filled_text))
 
 
 def _number(result: xr.Dataset, path: str, form: str) -> str | None:

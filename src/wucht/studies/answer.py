@@ -252,7 +252,9 @@ class Answer:
 
     @property
     def _keys(self) -> dict[str, Quantity]:
-        return quantities_by_name(q for q in self._quantities if q.dimensions is None or q.in_summary)
+        sentence = Quantity("sentence", self.sentence, "the answer in one sentence")
+        keys = quantities_by_name([sentence, *(q for q in self._quantities if q.dimensions is None or q.in_summary)])
+        return {name: quantity for name, quantity in keys.items() if quantity is not sentence}
 
     def to_dataset(self) -> xr.Dataset:
         """Return the Dataset of the answer.
