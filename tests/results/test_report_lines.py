@@ -188,10 +188,6 @@ def test_a_number_is_stated_once() -> None:
     a.number("speed", 3.0, "another speed")
     with pytest.raises(wucht.WuchtError, match="'speed'"):
         a.to_dataset()
-    other = answer()
-    other.number("sentence", "another one", "sentence")
-    with pytest.raises(wucht.WuchtError, match="'sentence'"):
-        other.to_dataset()
 
 
 def test_a_number_of_a_table_is_stated_once_and_the_others_remain() -> None:

@@ -252,9 +252,7 @@ class Answer:
 
     @property
     def _keys(self) -> dict[str, Quantity]:
-        sentence = Quantity("sentence", self.sentence, "the answer in one sentence")
-        keys = quantities_by_name([sentence, *(q for q in self._quantities if q.dimensions is None or q.in_summary)])
-        return {name: quantity for name, quantity in keys.items() if quantity is not sentence}
+        return quantities_by_name(q for q in self._quantities if q.dimensions is None or q.in_summary)
 
     def to_dataset(self) -> xr.Dataset:
         """Return the Dataset of the answer.

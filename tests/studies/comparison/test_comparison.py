@@ -154,6 +154,15 @@ def test_different_studies_and_units(study: Study) -> None:
     assert len(package.draw(mixed).axes) == 4
 
 
+def test_studies_whose_curves_are_others_are_drawn(study: Study) -> None:
+    """One over time, one over the speed: each in its own panel."""
+    words = {"study.until": "0.02 s"}
+    result = package.compare([study()], words, {"study.kind": ["coast-down", "torque-balance"]})
+    panels = package.draw(result).axes
+    drawn = [panel for panel in panels if panel.lines and panel.get_xlabel().startswith(("time", "speed"))]
+    assert [len(panel.lines) for panel in drawn] == [1, 1]
+
+
 @pytest.mark.slow
 def test_figures_of_what_is_no_number(study: Study) -> None:
     """Pairs and words stand below the panels, answers that are neither curves nor numbers are written; in a column, too."""

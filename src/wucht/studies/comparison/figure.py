@@ -105,8 +105,10 @@ def _curves(axis: Axes, result: xr.Dataset, number: int, names: list[str]) -> No
     summaries = [variant.get("summary", {}) for variant in result.wucht.summary["variants"]]
     for k in _variants_with_curves(result):
         look = style.line_style(k) | {"label": names[k] if k < len(names) else None}
+        inside = np.isfinite(x[k]) & np.isfinite(y[k])
+        if not inside.any():  # it has another one of the curves alone
+            continue
         if has_time_axis:
-            inside = np.isfinite(x[k]) & np.isfinite(y[k])
             until = min(shown_until(summaries, float(np.nanmax(x))), float(x[k][inside].max(initial=-np.inf)))
             draw_course(axis, TurnWindows.even(x[k][inside], until), y[k][inside], **look)
         else:
