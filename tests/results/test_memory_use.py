@@ -21,7 +21,8 @@ with open(sys.argv[-1] + "/peak.json", "w") as file:
 
 def peak(folder: Path, seconds: int) -> int:
     folder.mkdir()
-    command = ["run", "drozdetskaya-2020/r1", "--set", f"study.until={seconds}", "--set", "study.stored_samples=1000000", "-o", str(folder)]
+    settings = ["--set", f"study.until={seconds}", "--set", "study.stored_samples=1000000"]
+    command = ["run", "drozdetskaya-2020/r1", *settings, "-o", str(folder)]
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
     subprocess.run([sys.executable, "-c", PEAK, *command], env=environment, capture_output=True, check=True, timeout=600)
     code, bytes_ = json.loads((folder / "peak.json").read_text())

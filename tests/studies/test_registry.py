@@ -20,7 +20,7 @@ from wucht.studies import registry
 from wucht.studies.answer import Answer
 from wucht.studies.registry import StudyEntry, studies
 from wucht.studies.response.study import Response
-from wucht.studies.runner import run
+from wucht.studies.runner import load, report, run
 from wucht.studies.study import Study
 from wucht.studies.torque_balance import TorqueBalance
 
@@ -166,8 +166,10 @@ def test_the_figure_of_a_result_needs_the_module_of_its_study(
 ) -> None:
     name = module()
     assert wucht("run", "practice/laundry-drum", "--import", f"{name}.py", "--set", "study.kind=count", "-o", "out").code == 0
+    known_lines = report(load("out"))
     sys.modules[name].Counting.kind = ""
     refused("plot", "out", says=(f"it is in the module {name}, to be imported first: --import {name}",))
+    assert report(load("out")) == known_lines, "its lines are data"
 
 
 @pytest.mark.parametrize(("place", "warns"), [("{}:Counting", False), ("{}", True)])
