@@ -362,6 +362,15 @@ def test_an_orbit_that_a_run_leaves_at_once_is_found_from_samples():
     assert np.abs(orbit.logarithms - [60, 0, -2, -3]).max() < 1e-7
 
 
+def test_a_period_maps_the_rate_at_its_beginning_to_itself():
+    """Of an orbit in several legs: each one's map stands to the left of those before it."""
+    tau = np.linspace(0, TURN, 9)
+    samples = np.array([np.cos(tau), np.sin(tau), 0 * tau, 0 * tau])
+    orbit = periodic_orbit(compile_system(wheel(2.0, 3.0)), [], samples, 1.0, [0, 0, 0, 0], phase_state=1)
+    along = np.array([0.0, TURN, 0.0, 0.0])
+    assert orbit.monodromy @ along == pytest.approx(along, abs=1e-8)
+
+
 def test_from_far_away_orbits_are_found_by_collocation():
     """The two pendula of AUTO, started with speeds wrong by up to a half; a step of Newton's method alone goes astray."""
     g, eps, torque = 0.175, 0.1, 0.4

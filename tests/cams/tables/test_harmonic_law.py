@@ -60,6 +60,8 @@ def test_caps_and_a_resonance():
     free = law(TOP, LIMITED, **square).function.amplitudes
     cap = {"harmonic": 4, "amplitude": f"{0.9 * math.degrees(free[3])} deg"}
     assert law(TOP, LIMITED, **square, caps=[cap]).function.amplitudes[3] == pytest.approx(0.9 * free[3], rel=1e-5)
+    highest = {"harmonic": 8, "amplitude": f"{0.9 * math.degrees(free[7])} deg"}
+    assert law(TOP, LIMITED, **square, caps=[highest]).function.amplitudes[7] == pytest.approx(0.9 * free[7], rel=1e-5)
     near = {"frequency": "1900 rpm", "speed": "500 rpm", "damping_ratio": 0.01}
     assert law(TOP, LIMITED, **square, resonance=near).function.amplitudes[3] < 0.9 * free[3]
 

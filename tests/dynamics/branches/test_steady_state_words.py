@@ -12,6 +12,7 @@ import sympy as sp
 from tests.refusals import refused
 
 import wucht
+from wucht.analysis.configurations.closed_form import State
 from wucht.dynamics.branches import equilibrium_branches, first_orbits, steady_states
 from wucht.dynamics.branches.averaged_equilibria import AveragedEquilibria
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch, describe_end, is_duplicate
@@ -68,6 +69,20 @@ def test_a_phase_with_units_is_in_radians() -> None:
     assert (states.labels.unit, states.labels.ordinate) == ("rad", "phase of ball")
     none = AveragedEquilibria.of(machine, "drive.no_load_speed", (-100.0, 200.0), BranchSettings()).find_equilibria(0.0)
     assert none.points == () and none.families == () and "nothing drives the machine there" in str(none)
+
+
+def test_phases_of_a_state_are_those_to_the_main_rotor_of_bodies_on_the_others_too() -> None:
+    exciter = {"kind": "rotor", "mass": 9.0, "eccentricity": 1e-3, "inertia": 0.03}
+    ball = {"kind": "pendulum", "name": "ball", "about": "second", "mass": 0.1, "length": 0.1, "damping": 0.05}
+    machine = machine_from({
+        "carrier": {"mass": 1.0, "directions": "xy", "stiffness": 1e5, "damping": 200.0},
+        "bodies": [exciter | {"name": "first"}, exciter | {"name": "second"}, ball],
+        "drives": [{"on": on, "kind": "linear", "slope": 0.01, "no_load_speed": 200.0} for on in ("first", "second")],
+    })  # fmt: skip
+    states = AveragedEquilibria.of(machine, "carrier.damping", (100.0, 300.0), BranchSettings())
+    assert states.model_at(200.0).torques.names == ("first", "second", "ball")
+    there = State(190.0, np.array([0.0, 1.0, 3.0]))
+    assert states.state(states.point(there, 200.0)).phases == pytest.approx(there.phases)
 
 
 def test_ranges_of_speeds_and_angles_in_which_steady_states_are_searched() -> None:

@@ -48,6 +48,13 @@ def test_a_damped_oscillator_comes_to_its_equilibrium() -> None:
     assert run.settling_time == pytest.approx(20 * np.log(50 / (1 + np.exp(-np.pi / 20))), abs=np.pi)
 
 
+def test_a_run_that_ends_before_it_is_near_has_not_settled() -> None:
+    run = run_of(FOCUS, [1.0, 0.0])
+    assert run.settling_time is not None
+    inside = run.time < 0.9 * run.settling_time
+    assert replace(run, time=run.time[inside], states=run.states[:, inside]).settling_time is None
+
+
 def test_a_start_on_an_unstable_equilibrium_stays_there() -> None:
     run = run_of({"x": "x - x^3"}, [0.0])
     assert (run.kind, limit_of(run).attracts) == (MotionKind.EQUILIBRIUM, False)
