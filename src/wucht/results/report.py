@@ -7,11 +7,11 @@ formats of a few forms. A file may have been edited: what is no such line is lef
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from wucht.file_names import printable
-from wucht.results.formatting import number_text
+from wucht.results.formatting import number_text, units_in_print
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,6 +58,12 @@ def report_of(result: xr.Dataset) -> list[str]:
     verdict = (report or {}).get("verdict")
     verdict_lines = [] if verdict == "" else [f"verdict: {verdict or result.wucht.sentence}"]
     return [result.wucht.title, *verdict_lines, *lines]
+
+
+def lines_in_print(lines: Iterable[str], result: xr.Dataset) -> list[str]:
+    """Return the lines of a report with the units of print, and what is assumed at their end."""
+    assumption_text = "; ".join(result.wucht.assumed)
+    return [*map(units_in_print, lines), *([_column_line("assumed", assumption_text)] if assumption_text else [])]
 
 
 def _main_numbers(result: xr.Dataset) -> Iterator[tuple[str, str, dict[str, str]]]:

@@ -28,7 +28,7 @@ from wucht.results.formatting import units_in_print
 from wucht.results.output_folder import NEW, claim_folder, commit, remove_partial, rename_unfinished, save_partial
 from wucht.results.output_folder import load_result as read_result
 from wucht.results.provenance import provenance, refuse_edited_values
-from wucht.results.report import report_of
+from wucht.results.report import lines_in_print, report_of
 from wucht.results.store import RESULT, file_name, partial_name, prepare_folder, return_free_memory, save, to_json
 from wucht.studies.answer import Answer
 from wucht.studies.assumptions import assumptions
@@ -345,11 +345,11 @@ def report(result: xr.Dataset) -> list[str]:
     InputError
         As ``draw`` does; for an unknown study where the result has no lines.
     """
-    has_lines = result.attrs.get("study") not in studies() and result.wucht.stored_report is not None
-    with refuse_edited_values(result) if has_lines else _study_of_result(result) as entry:
-        lines = [units_in_print(line) for line in (report_of(result) if entry is None else entry.drawer.report(result))]
-        assumption_text = "; ".join(result.wucht.assumed)
-    return [*lines, f"  assumed      {assumption_text}"] if assumption_text else lines
+    if result.attrs.get("study") in studies() or result.wucht.stored_report is None:
+        with _study_of_result(result) as entry:
+            return lines_in_print(entry.drawer.report(result), result)
+    with refuse_edited_values(result):
+        return lines_in_print(report_of(result), result)
 
 
 def export(result: xr.Dataset, folder: Path | str) -> list[str]:
