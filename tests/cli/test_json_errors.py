@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from wucht.errors import InputError
+from wucht import InputError
 from wucht.numerics.flow import step_sizes
 
 Command = Callable[..., Any]

@@ -17,7 +17,7 @@ import xarray as xr
 from tests import refusals
 from tests.refusals import failed, refused
 
-from wucht.errors import RunError
+from wucht import RunError
 from wucht.results import output_folder
 from wucht.results.output_folder import (
     CHECKSUMS,

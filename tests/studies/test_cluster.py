@@ -21,12 +21,9 @@ from tiled_squares import TiledSquares, marks
 
 from interrupting import assert_same
 from known_borders import rail
-from wucht.errors import InputError, RunError
-from wucht.files.catalogue import load_machine
+from wucht import Basin, InputError, Response, RunError, load_machine
+from wucht import run as ask
 from wucht.studies import cluster
-from wucht.studies.basin.study import Basin
-from wucht.studies.response.study import Response
-from wucht.studies.runner import run as ask
 
 HERE = Path(__file__).parent
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from tests.refusals import refused
 
-from wucht.errors import RunError
+from wucht import RunError
 from wucht.studies import cluster
 from wucht.studies.cluster import (
     DaskCluster,

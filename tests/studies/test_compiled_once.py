@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from wucht.files.catalogue import load_machine
+from wucht import load_machine, run
 from wucht.studies.registry import study_of
-from wucht.studies.runner import run
 
 START = {"p1": 0.3, "p2": -0.5}
 QUESTIONS: dict[str, tuple[str, dict[str, Any], dict[str, float]]] = {

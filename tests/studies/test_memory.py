@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from tests.refusals import failed, rejected
 
-from wucht.errors import InputError
+from wucht import InputError
 from wucht.studies import memory as remembering
 from wucht.studies.memory import UnitMemory, stored_questions
 

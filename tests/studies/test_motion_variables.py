@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht import Machine, load_machine
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
-from wucht.machines.machine import Machine
 from wucht.machines.operation import natural_frequencies
 from wucht.numerics.observers.records import Spans
 from wucht.studies import motion_variables as module

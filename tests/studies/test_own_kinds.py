@@ -10,19 +10,14 @@ import pytest
 import sympy as sp
 from tests.refusals import refused
 
-from wucht.errors import InputError
+from wucht import InputError, Machine, Response, RunUp, TorqueBalance, run
 from wucht.files.building import machine_from
-from wucht.machines.machine import Machine
 from wucht.machines.models import DimensionlessMachine, models
 from wucht.machines.parts import bodies, carriers
 from wucht.machines.parts.base import Body, Drive, Frame, Point, si
 from wucht.machines.parts.support import Support
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
-from wucht.studies.response.study import Response
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
-from wucht.studies.torque_balance import TorqueBalance
 
 
 class Disc(Body):

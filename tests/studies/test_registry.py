@@ -14,15 +14,12 @@ import pytest
 from tests.refusals import refused, rejected
 
 import wucht.extending
+from wucht import Response, TorqueBalance, load, load_machine, report, run
 from wucht.analysis.configurations import configuration
-from wucht.files.catalogue import load_machine
 from wucht.studies import registry
 from wucht.studies.answer import Answer
 from wucht.studies.registry import StudyEntry, studies
-from wucht.studies.response.study import Response
-from wucht.studies.runner import load, report, run
 from wucht.studies.study import Study
-from wucht.studies.torque_balance import TorqueBalance
 
 STUDY = """
 from typing import ClassVar

@@ -10,17 +10,11 @@ from time import process_time
 import pytest
 from tests.refusals import failed, refused
 
+from wucht import CoastDown, Entrainment, LoadSpectrum, Machine, RunUp, load_machine, run
 from wucht.dynamics.entrainment import runs_from_start as runs
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
-from wucht.machines.machine import Machine
 from wucht.studies import resource_limits as room
 from wucht.studies import runner
-from wucht.studies.coast_down import CoastDown
-from wucht.studies.entrainment.study import Entrainment
-from wucht.studies.load_spectrum.study import LoadSpectrum
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
 from wucht.studies.study import Study
 
 R1 = "drozdetskaya-2020/r1"

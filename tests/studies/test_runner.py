@@ -17,9 +17,8 @@ import pytest
 import xarray as xr
 from tests.refusals import refused
 
+from wucht import InputError, Response, RunUp, SynchronousStates, load_machine
 from wucht.dynamics.work import Work
-from wucht.errors import InputError
-from wucht.files.catalogue import load_machine
 from wucht.plots.sheet import save_figure
 from wucht.results.output_folder import load_result
 from wucht.schema import si
@@ -27,11 +26,8 @@ from wucht.studies import runner
 from wucht.studies.answer import Answer
 from wucht.studies.memory import UnitMemory
 from wucht.studies.registry import studies
-from wucht.studies.response.study import Response
-from wucht.studies.run_up.study import RunUp
 from wucht.studies.study import Study
 from wucht.studies.subjects import Description
-from wucht.studies.synchronous_states.study import SynchronousStates
 
 
 class Numbers:

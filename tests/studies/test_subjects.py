@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 from tests.refusals import refused
 
-from wucht.errors import InputError
-from wucht.files.catalogue import FOLDER, load_equations, load_machine, names
+from wucht import InputError, load_equations, load_machine, run_file
+from wucht.files.catalogue import FOLDER, names
 from wucht.machines.structure import DIMENSIONLESS
 from wucht.machines.subject import Subject
 from wucht.numerics.flow.program import Evaluator
 from wucht.studies.memory import question_of, without_titles
-from wucht.studies.study_file import read_study, run_file
+from wucht.studies.study_file import read_study
 from wucht.studies.subjects import MACHINE, MACHINE_OR_SYSTEM, MachineOrSystemSubject, _text
 
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"

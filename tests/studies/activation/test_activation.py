@@ -12,13 +12,9 @@ import xarray as xr
 from tests.refusals import refused
 
 from interrupting import assert_same, stop_at, stopped_often
-from wucht.errors import InputError
+from wucht import Activation, InputError, RunUp, draw, load, load_machine, report
+from wucht import run as ask
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
-from wucht.studies.activation.study import Activation
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import draw, load, report
-from wucht.studies.runner import run as ask
 
 MACHINE = load_machine("drozdetskaya-2020/switchable-pendulums")
 ALL = ("switchable", "balanced", "rigid", "none")

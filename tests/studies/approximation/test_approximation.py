@@ -12,14 +12,11 @@ import pytest
 import xarray as xr
 from tests.refusals import Refusal, refused
 
+from wucht import Approximation, InputError, Machine, draw, load_machine, report, run
 from wucht.dynamics.scenarios.order_of_error import FACTORS, Errors, UnmeasuredError, measured_errors, nominal_order
 from wucht.dynamics.work import Work
-from wucht.errors import InputError
-from wucht.files.catalogue import load_machine
-from wucht.machines.machine import Machine
 from wucht.machines.schedules import schedules_of
-from wucht.studies.approximation.study import NOMINAL_VALUE, Approximation, changes_at
-from wucht.studies.runner import draw, report, run
+from wucht.studies.approximation.study import NOMINAL_VALUE, changes_at
 
 Study = Callable[..., Path]
 TABLE_3_1 = "drozdetskaya-2020/table-3.1-carrier"

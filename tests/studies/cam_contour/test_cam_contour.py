@@ -12,12 +12,10 @@ import pytest
 import xarray as xr
 from tests.refusals import refused
 
+from wucht import CamContour, InputError, report, run
 from wucht.cams.workshop.cam_files import WorkshopCurve
 from wucht.cams.workshop.points import chord_deviation
-from wucht.errors import InputError
 from wucht.studies.cam_contour.export import drive_of, points_to_mill
-from wucht.studies.cam_contour.study import CamContour
-from wucht.studies.runner import report, run
 
 pytestmark = pytest.mark.usefixtures("coarse_angles")
 

@@ -13,14 +13,12 @@ import pytest
 from tests import refusals
 from tests.refusals import failed
 
+from wucht import CamContour, load, run, run_file
 from wucht.cams.laws import Law
 from wucht.cams.workshop.lists import Separator, read_list
 from wucht.cams.workshop.plc import Form, SlaveUnit, read_cam_table
 from wucht.studies.cam_contour.export import drive_of, points_to_mill, write_workshop
-from wucht.studies.cam_contour.study import CamContour
 from wucht.studies.registry import studies
-from wucht.studies.runner import load, run
-from wucht.studies.study_file import run_file
 
 needs_ezdxf = pytest.mark.skipif(find_spec("ezdxf") is None, reason="the extra [cad] is not installed")
 

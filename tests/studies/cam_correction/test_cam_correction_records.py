@@ -8,11 +8,10 @@ import pytest
 from known_cam import LAW, SHAFT, ZERO, write
 from tests.refusals import refused
 
+from wucht import InputError, run_file
 from wucht.cams.correction import CorrectedLaw, MotionOverTime, orders, share_above_order
 from wucht.cams.shaft_motion import ShaftMotion
-from wucht.errors import InputError
 from wucht.numerics.fourier_series import FourierSeries
-from wucht.studies.study_file import run_file
 
 pytestmark = pytest.mark.usefixtures("coarse_angles")
 

@@ -8,11 +8,10 @@ import pytest
 from tests.refusals import refused
 
 import wucht
+from wucht import InputError, run_file
 from wucht.cams.drive import laws
 from wucht.cams.tables.harmonic_law import HarmonicLawTable
-from wucht.errors import InputError
 from wucht.studies.registry import study_of
-from wucht.studies.study_file import run_file
 
 
 def of_template(tmp_path, **settings):

@@ -9,6 +9,7 @@ from scipy.integrate import quad, solve_ivp
 from tests.refusals import failed, refused
 
 import wucht
+from wucht import InputError, run_file
 from wucht.cams.correction import CorrectedLaw
 from wucht.cams.drive import laws
 from wucht.cams.dwells import dwells_of
@@ -16,11 +17,9 @@ from wucht.cams.tables.camshaft import ElasticTable, ShaftTable
 from wucht.cams.tables.harmonic_law import HarmonicLawTable
 from wucht.cams.tables.speed import SpeedTable
 from wucht.dynamics.work import Work
-from wucht.errors import InputError
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.studies.memory import UnitMemory
 from wucht.studies.registry import study_of
-from wucht.studies.study_file import run_file
 
 RESTRICTIONS = [{"at": "180 deg", "equals": "24 deg"}, {"on": ["-120 deg", "120 deg"], "equals": "0 deg"}]
 LAW = HarmonicLawTable(harmonics=5, restrictions=RESTRICTIONS)

@@ -8,11 +8,8 @@ from typing import Any
 import pytest
 from tests.refusals import Refusal, refused
 
+from wucht import CaptureProbability, Machine, load_machine, run
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
-from wucht.machines.machine import Machine
-from wucht.studies.capture_probability.study import CaptureProbability
-from wucht.studies.runner import run
 
 R1, NUMBERS = load_machine("drozdetskaya-2020/r1"), load_machine("drozdetskaya-2020/table-5.1")
 PSI = {"psi": {"uniform": [0.0, 6.0]}}

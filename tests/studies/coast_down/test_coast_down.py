@@ -16,14 +16,10 @@ from scipy.integrate import solve_ivp
 from tests.refusals import Refusal, refused
 
 from interrupting import stop_at
+from wucht import CoastDown, Machine, RunUp, draw, load_machine, report, run
 from wucht.analysis.vibration import ForcedVibration
 from wucht.dynamics.run_ups import coasting as recording
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
-from wucht.machines.machine import Machine
-from wucht.studies.coast_down import CoastDown
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import draw, report, run
 from wucht.studies.study_file import read_study
 
 J, LOSS = 0.02, 0.004  # kg m^2, N m s

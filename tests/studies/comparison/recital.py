@@ -11,8 +11,8 @@ import xarray as xr
 from pydantic import Field
 
 import wucht
+from wucht import InputError
 from wucht.dynamics.work import Work
-from wucht.errors import InputError
 from wucht.schema import Parameter, si
 from wucht.studies.answer import Answer
 from wucht.studies.study import Study

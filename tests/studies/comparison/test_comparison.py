@@ -14,8 +14,7 @@ from tests import refusals
 
 import figure_checks
 import wucht as package
-from wucht.errors import InputError
-from wucht.plots.page import JOURNAL, PRINT
+from wucht import JOURNAL, PRINT, InputError
 from wucht.results.formatting import printed_unit
 from wucht.studies.registry import studies
 from wucht.studies.study_file import read_comparison

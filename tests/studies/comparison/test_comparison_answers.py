@@ -14,7 +14,7 @@ from tests.refusals import refused
 from tests.studies.comparison.recital import Reciter, compare, nothing, recited
 
 import wucht
-from wucht.errors import InputError, RunError
+from wucht import InputError, RunError
 from wucht.studies.answer import Answer
 from wucht.studies.resource_limits import machine_memory
 

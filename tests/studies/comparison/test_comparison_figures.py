@@ -9,7 +9,7 @@ import pytest
 from tests.studies.comparison.recital import Reciter, Say, compare, nothing, speed
 
 import wucht
-from wucht.errors import RunError
+from wucht import RunError
 from wucht.plots.style import GREY, line_style
 from wucht.studies.answer import Answer
 

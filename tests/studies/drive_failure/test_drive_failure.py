@@ -11,17 +11,13 @@ import numpy as np
 import pytest
 
 from interrupting import stop_at
+from wucht import DriveFailure, Machine, RunUp, draw, load_machine, report, run
 from wucht.analysis.configurations.configuration import RunningConfigurations
 from wucht.dynamics.run_ups.coasting import without_drives
 from wucht.dynamics.run_ups.drive_losses import machine_without_supply, mean_torques
 from wucht.dynamics.run_ups.operating_state import machine_in_operation, operating_states, transfer_state
-from wucht.files.catalogue import load_machine
-from wucht.machines.machine import Machine
 from wucht.machines.parts import drives
 from wucht.machines.schedules import schedules_of
-from wucht.studies.drive_failure import DriveFailure
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import draw, report, run
 
 SCREEN = "practice/screen"
 

@@ -13,18 +13,14 @@ import numpy as np
 import pytest
 from tests.refusals import refused
 
+from wucht import Entrainment, InputError, Machine, load_machine, run
 from wucht.dynamics.entrainment.entrainment_case import swept_parameter
 from wucht.dynamics.entrainment.entrainment_equations import EntrainmentEquations
 from wucht.dynamics.entrainment.existence import Continuation
 from wucht.dynamics.entrainment.runs_from_start import CaptureBand, RunFromStart, capture_band, values_to_run
 from wucht.dynamics.work import Work
-from wucht.errors import InputError
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
-from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, sense_of
-from wucht.studies.entrainment.study import Entrainment
-from wucht.studies.runner import run
 
 ROTOR = {"kind": "rotor", "mass": 0.1, "eccentricity": 0.01, "inertia": 2e-5}
 E1, E2 = ROTOR | {"name": "e1"}, ROTOR | {"name": "e2"}

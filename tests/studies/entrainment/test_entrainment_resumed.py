@@ -10,17 +10,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from wucht import Entrainment, InputError, Machine, load_machine, run
 from wucht.dynamics.entrainment.existence import Continuation
 from wucht.dynamics.entrainment.locked_motions import LockedMotions
 from wucht.dynamics.entrainment.runs_from_start import RunsFromStart
-from wucht.errors import InputError
-from wucht.files.catalogue import load_machine
-from wucht.machines.machine import Machine
 from wucht.results import output_folder
 from wucht.results.output_folder import load_result
 from wucht.studies import runner
-from wucht.studies.entrainment.study import Entrainment
-from wucht.studies.runner import run
 
 WORK = {"runs": (RunsFromStart, "__call__"), "branches": (Continuation, "follow_branch"), "motions": (LockedMotions, "motion")}
 

@@ -9,7 +9,8 @@ import pytest
 from tests import refusals
 
 import wucht
-from wucht.studies.study_file import read_study, run_file
+from wucht import run_file
+from wucht.studies.study_file import read_study
 
 FILE = """\
 [machine]

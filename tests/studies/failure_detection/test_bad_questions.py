@@ -7,7 +7,7 @@ from test_failing_machine import LINE, SENSOR, START, WHOLE, exciter
 from tests.refusals import refused
 
 import wucht
-from wucht.errors import InputError
+from wucht import InputError
 
 FAILURE = {"remaining": 0.8, "direction": "x", "woehler": LINE}
 ASKED = {"until": 8.0, "start": START, "sensor": SENSOR, "after": 0.5, "failure": FAILURE}

@@ -10,14 +10,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wucht import OptimiseBalancer
+from wucht import Machine, OptimiseBalancer, report, run
 from wucht.dynamics.balancers import balancer_candidate, balancer_search, candidates
 from wucht.dynamics.balancers.candidates import least_residual
 from wucht.dynamics.balancers.damping_optimum import DecayRates
 from wucht.dynamics.sampling.ensembles import MemberOutcomes
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
-from wucht.machines.machine import Machine
-from wucht.studies.runner import report, run
 from wucht.studies.study_file import read_study
 
 _OWN, END = 5e-5, 30.0  # damping of the machine as it is; how far each run is followed

@@ -10,9 +10,9 @@ import pytest
 from known_fronts import CAUGHT, END, OPEN, OWN, Candidate, End, KnownRuns, ask_known, parabolas, told, x_of
 from tests.refusals import refused
 
+from wucht import draw
 from wucht.dynamics.sampling import searches
 from wucht.dynamics.verdicts.outcomes import Outcome
-from wucht.studies.runner import draw
 
 TWO: dict[str, Any] = {"objectives": ["peak", "settling-time"], "samples": 2, "population": 20, "points": 12}
 

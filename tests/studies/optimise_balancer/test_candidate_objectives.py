@@ -9,12 +9,12 @@ import pytest
 from tests.refusals import refused
 
 from wucht import OptimiseBalancer, RunUp
+from wucht import run as ask
 from wucht.dynamics.balancers import candidates
 from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, evaluate_batch
 from wucht.dynamics.balancers.damping_optimum import compensated_state
 from wucht.dynamics.sampling.ensembles import MemberOutcomes
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, RESONANCE_PASSED, Outcome
-from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study
 
 FAST = read_study("drozdetskaya-2020/r1-u80").subject

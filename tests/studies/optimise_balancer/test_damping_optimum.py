@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from wucht import OptimiseBalancer, SynchronousStates
+from wucht import run as ask
 from wucht.dynamics.balancers.candidates import evaluate_candidates
 from wucht.dynamics.balancers.damping_optimum import compensated_state, damping_curve, decay_rate, decay_rates
 from wucht.dynamics.work import Work
-from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study
 
 MACHINE = read_study("sperling-rollers/figure-9").subject

@@ -10,8 +10,8 @@ import xarray as xr
 from known_fronts import CAUGHT, OPEN, OWN, Candidate, End, ask_known, x_of
 from matplotlib.axes import Axes
 
+from wucht import draw
 from wucht.dynamics.balancers.damping_optimum import DecayRates
-from wucht.studies.runner import draw
 
 Patch = pytest.MonkeyPatch
 COLUMNS = {"s": (0, 1.0), "g·mm": (1, 1e6), "mm": (2, 1e3), "%": (3, 100.0)}

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht import load
+from wucht import run as ask
 from wucht.dynamics.balancers.candidates import evaluate_runs
 from wucht.dynamics.sampling.choice import Scores
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
-from wucht.studies.runner import load
-from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study
 
 Command = Callable[..., Any]

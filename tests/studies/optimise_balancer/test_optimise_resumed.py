@@ -12,11 +12,10 @@ import pytest
 from known_fronts import MACHINE, RANGE, KnownRuns, parabolas
 
 from interrupting import assert_same, stop_at, stopped_often
-from wucht import OptimiseBalancer
+from wucht import OptimiseBalancer, draw, report
+from wucht import run as ask
 from wucht.dynamics.balancers import balancer_candidate, balancer_search, candidates
 from wucht.studies import runner
-from wucht.studies.runner import draw, report
-from wucht.studies.runner import run as ask
 
 QUESTION = OptimiseBalancer(
     vary={"damping": RANGE},

@@ -9,9 +9,9 @@ import pytest
 import xarray as xr
 from known_fronts import END, MACHINE, RANGE, KnownRuns, ask_known, told, x_of
 
+from wucht import draw, report
 from wucht.dynamics.sampling.ensembles import MemberOutcomes
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
-from wucht.studies.runner import draw, report
 
 QUESTION: dict[str, Any] = {
     "vary": {"damping": RANGE}, "objectives": ["settling-time", "capture-probability"], "samples": 16, "population": 8,

@@ -12,13 +12,11 @@ from known_fronts import CAUGHT, MACHINE, OPEN, OWN, RANGE, Candidate, End, Know
 from tests.refusals import refused
 
 from interrupting import stop_at
+from wucht import InputError, Machine, draw
 from wucht.dynamics.balancers.candidates import least_residual
 from wucht.dynamics.balancers.damping_optimum import DecayRates
 from wucht.dynamics.balancers.recommendation import motor_time
 from wucht.dynamics.verdicts.outcomes import Outcome
-from wucht.errors import InputError
-from wucht.machines.machine import Machine
-from wucht.studies.runner import draw
 
 Patch = pytest.MonkeyPatch
 UNBALANCE = 9.75e-3  # kg m, of 9.75 kg at 1 mm

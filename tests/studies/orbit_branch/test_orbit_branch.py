@@ -13,12 +13,9 @@ from scipy.special import ellipk
 from tests.interrupting import assert_same, stop_at
 from tests.refusals import refused
 
-from wucht.errors import InputError, RunError
-from wucht.files.catalogue import load_machine
-from wucht.files.user_system import UserSystem, equations_from
+from wucht import InputError, OrbitBranch, RunError, UserSystem, draw, load_machine, report, run
+from wucht.files.user_system import equations_from
 from wucht.plots.style import COLOURS
-from wucht.studies.orbit_branch.study import OrbitBranch
-from wucht.studies.runner import draw, report, run
 
 # r' = r (mu - r^2), phase with frequency 2 + mu: the orbit is a circle of radius sqrt mu, its exponent -2 mu.
 CIRCLE = {

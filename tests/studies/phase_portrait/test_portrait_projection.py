@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import wucht
-from wucht.errors import InputError
-from wucht.files.user_system import UserSystem, equations_from
+from wucht import InputError, UserSystem
+from wucht.files.user_system import equations_from
 
 WELLS = {"x": "v", "v": "-0.5*v + x - x^3", "z": "-z"}
 RANGES = {"x": (-2.0, 2.0), "v": (-2.0, 2.0), "z": (-1.0, 1.0)}

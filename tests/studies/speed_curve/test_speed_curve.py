@@ -12,16 +12,10 @@ import sympy as sp
 from tests.refusals import refused
 
 from auto_demos import AB
+from wucht import InputError, Machine, SpeedCurve, System, UserSystem, draw, load_machine, report, run
 from wucht.analysis.averaged_equations import averaged_equations_of
-from wucht.errors import InputError
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
-from wucht.files.user_system import UserSystem
-from wucht.machines.machine import Machine
 from wucht.numerics.flow.jacobian import Jacobian
-from wucht.studies.runner import draw, report, run
-from wucht.studies.speed_curve.study import SpeedCurve
-from wucht.system import System
 
 TABLE = "drozdetskaya-2020/table-5.1"
 LINEAR = {"kind": "linear", "slope": 0.01, "no_load_speed": 200.0}

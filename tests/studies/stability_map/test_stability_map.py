@@ -10,13 +10,9 @@ import sympy as sp
 from tests.refusals import Refusal, refused
 
 import wucht
-from wucht.errors import RunError
+from wucht import RunError, RunUp, StabilityMap, System, draw, report, run
 from wucht.files.building import machine_from
 from wucht.numerics.continuation.fold_curves import FoldPairs
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import draw, report, run
-from wucht.studies.stability_map.study import StabilityMap
-from wucht.system import System
 
 X, Y, P, R = sp.symbols("x y p r", real=True)
 CUSP = wucht.UserSystem(System((X,), (P + R * X - X**3,), (P, R)), {"p": 0.0, "r": 1.0}, "a cusp")

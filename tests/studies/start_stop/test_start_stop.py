@@ -12,17 +12,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import figure_checks
+from wucht import CoastDown, LoadSpectrum, Machine, RunUp, StartStop, draw, load_machine, report, run
 from wucht.dynamics.run_ups.observed_loads import largest_magnitude, mount_places
 from wucht.fatigue.counting import rainflow
 from wucht.fatigue.damage import WoehlerLine
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
-from wucht.machines.machine import Machine
-from wucht.studies.coast_down import CoastDown
-from wucht.studies.load_spectrum.study import LoadSpectrum
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import draw, report, run
-from wucht.studies.start_stop import StartStop
 
 MOTOR = {
     "kind": "induction", "voltage": 230.0, "frequency": 50.0, "pole_pairs": 2, "stator_resistance": 2.0,

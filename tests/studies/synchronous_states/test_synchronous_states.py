@@ -15,6 +15,7 @@ import pytest
 import xarray as xr
 from tests.refusals import Refusal, refused
 
+from wucht import Machine, SynchronousStates, integrate, load_machine, run
 from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.configurations.averaged_stability import REGIONS, AveragedStability, averaged_matrices
 from wucht.analysis.configurations.closed_form import State, family_members, fixed_speed_states
@@ -22,15 +23,10 @@ from wucht.analysis.configurations.full_stability import FullStability
 from wucht.analysis.configurations.search import index, search_by_subdivision, search_from_many_starts, speeds_in_line
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
-from wucht.machines.machine import Machine
 from wucht.machines.operation import machine_at_speed, natural_frequencies
 from wucht.machines.structure import SPEED
-from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.jacobian import Jacobian
 from wucht.piecewise import PiecewiseCubic, step
-from wucht.studies.runner import run
-from wucht.studies.synchronous_states.study import SynchronousStates
 
 Entry = dict[str, Any]
 

@@ -11,13 +11,11 @@ import numpy as np
 import pytest
 
 from interrupting import assert_same, stop_at
+from wucht import Machine, SynchronousStates, draw, report
+from wucht import run as ask
 from wucht.analysis.configurations.full_stability import FullStability
 from wucht.files.building import machine_from
-from wucht.machines.machine import Machine
-from wucht.studies.runner import draw, report
-from wucht.studies.runner import run as ask
 from wucht.studies.synchronous_states import study as running
-from wucht.studies.synchronous_states.study import SynchronousStates
 
 AXES = {"speed": (20.0, 130.0, 12), "ratio": (0.2, 3.2, 9)}
 QUESTION = SynchronousStates(axes=AXES)

@@ -15,12 +15,8 @@ from tests.refusals import refused
 
 import wucht
 from interrupting import assert_same, stop_at, stopped_at_once
-from wucht.errors import InputError
+from wucht import InputError, Machine, VoltageDip, draw, load_machine, report, run
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
-from wucht.machines.machine import Machine
-from wucht.studies.runner import draw, report, run
-from wucht.studies.voltage_dip.study import VoltageDip
 
 J, U = 0.05, 230.0
 MOTOR = {
