@@ -1,7 +1,6 @@
 """The study cam-prediction: its numbers against integration and closed forms, every drive, what is refused, springs, files."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +8,7 @@ from scipy.integrate import quad, solve_ivp
 from tests.refusals import failed, refused
 
 import wucht
+from interrupting import assert_same, stop_at
 from wucht import InputError, run_file
 from wucht.cams.correction import CorrectedLaw
 from wucht.cams.drive import laws
@@ -16,9 +16,7 @@ from wucht.cams.dwells import dwells_of
 from wucht.cams.tables.camshaft import ElasticTable, ShaftTable
 from wucht.cams.tables.harmonic_law import HarmonicLawTable
 from wucht.cams.tables.speed import SpeedTable
-from wucht.dynamics.work import Work
 from wucht.numerics.fourier_series import FourierSeries
-from wucht.studies.memory import UnitMemory
 from wucht.studies.registry import study_of
 
 RESTRICTIONS = [{"at": "180 deg", "equals": "24 deg"}, {"on": ["-120 deg", "120 deg"], "equals": "0 deg"}]
@@ -441,19 +439,14 @@ def test_a_shaft_that_twists_asks_for_its_own_cam(elastic):
 # --- files, figure, sentences ---
 
 
-def test_what_was_done_is_remembered(tmp_path):
+def test_resumed_it_is_the_uninterrupted_one(tmp_path):
+    """Stopped before the springs: motions, the cut cam and the simulation are kept."""
     asked = wucht.CamPrediction(cuts=1, simulate=1, speed_points=2)
-    springs = {"output_frequency": "60 Hz", "shaft_stiffness": 4e6, "cam_inertia": 0.5}
-    subject, memory = drive(mean_speed=OMEGA, elastic=springs), UnitMemory.start(tmp_path, {})
-    (first,) = asked.solve(subject, asked.prepare(subject), Work(memory))
-    memory.flush()
-    again = UnitMemory.resume(tmp_path, {})
-
-    def none_is_computed(name, compute):
-        return again.unit(name, lambda: pytest.fail(f"{name} is computed again"))
-
-    (second,) = asked.solve(subject, asked.prepare(subject), Work(SimpleNamespace(unit=none_is_computed)))
-    assert second.to_dataset().identical(first.to_dataset())
+    subject = drive(mean_speed=OMEGA, elastic={"output_frequency": "60 Hz", "shaft_stiffness": 4e6, "cam_inertia": 0.5})
+    with pytest.raises(KeyboardInterrupt):
+        wucht.run(asked, subject, folder=tmp_path, progress=stop_at(1, "springs"))
+    assert (tmp_path / "units").exists()
+    assert_same(wucht.run(asked, subject, folder=tmp_path, resume=True), wucht.run(asked, subject))
 
 
 def write(tmp_path, *changes):

@@ -13,7 +13,7 @@ from scipy.special import ellipk
 from tests.interrupting import assert_same, stop_at
 from tests.refusals import refused
 
-from wucht import InputError, OrbitBranch, RunError, UserSystem, draw, load_machine, report, run
+from wucht import InputError, OrbitBranch, UserSystem, draw, load_machine, report, run
 from wucht.files.user_system import equations_from
 from wucht.plots.style import COLOURS
 
@@ -331,24 +331,6 @@ def test_steady_states_are_seen_as_the_orbits_are() -> None:
     assert not [name for name in r.variables if "speed" in str(name) or "phi" in str(name) or "amplitude" in str(name)]
 
 
-def test_a_branch_that_cannot_be_begun_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    """At mu = 1 orbits with z = +-sqrt(mu - 1) leave the circle; at mu = 0 the circle itself begins."""
-
-    def fails(*_: object) -> None:
-        raise RunError("Newton's method fails")
-
-    away = {**CIRCLE, "states": {**CIRCLE["states"], "z": "(mu - 1)*z - z^3"}}
-    monkeypatch.setattr("wucht.dynamics.branches.orbit_branches.crossing_branch", fails)
-    asked = OrbitBranch(along="mu", range=(0.5, 1.5), at=0.6, values=(0.6,), start={"x": 0.5}, switch=True)
-    warnings = run(asked, own(away)).attrs["warnings"]
-    assert "the branch from the branch point at mu = 1 is not followed: Newton's method fails" in warnings
-    monkeypatch.setattr("wucht.dynamics.branches.first_orbits.cycle_at_hopf", fails)
-    asked = OrbitBranch(along="mu", range=(-1.0, 1.0), ranges={"x": (-1.0, 1.0), "y": (-1.0, 1.0)})
-    r = run(asked, own(CIRCLE))
-    assert "the Hopf point at mu = " in r.attrs["warnings"]
-    assert "is not followed: Newton's method fails" in r.attrs["warnings"]
-
-
 @pytest.mark.parametrize(
     ("keys", "where"),
     [
@@ -431,23 +413,6 @@ def test_a_closed_branch_is_described_once() -> None:
 def test_at_special_orbits_no_disturbance_grows_by_rounding() -> None:
     r = isola()
     assert r.unstable.values[r.at_special.values == 1].tolist() == [0, 0]
-
-
-def test_what_is_not_located_is_listed_with_its_interval(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fails(*_: object) -> None:
-        raise RunError("no branch point was found")
-
-    monkeypatch.setattr("wucht.numerics.periodic.cycles.orbit_branch_point", fails)
-    symmetric = {
-        "parameters": {"p": -0.3},
-        "states": {"x": "(1 - x^2 - y^2)*x - 2*y", "y": "2*x + (1 - x^2 - y^2)*y", "z": "(p - z^2)*z"},
-    }
-    r = run(OrbitBranch(along="p", range=(-0.5, 0.5), at=-0.3, start={"x": 0.5}, values=(-0.2,)), own(symmetric))
-    (point,) = r.wucht.summary["special_points"]
-    assert (point["kind"], point["hidden"]) == ("unresolved", "branch-point")
-    assert point["between"][0] < 0.0 < point["between"][1]
-    assert any("a branch-point that was not located" in line for line in report(r))
-    draw(r)
 
 
 @pytest.mark.parametrize(
