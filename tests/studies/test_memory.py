@@ -14,10 +14,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.refusals import failed, rejected
+from tests.refusals import rejected
 
 from wucht import InputError
-from wucht.studies import memory as remembering
 from wucht.studies.memory import UnitMemory, stored_questions
 
 QUESTION, OTHER = {"study": "x"}, {"study": "y"}
@@ -151,18 +150,6 @@ def test_a_unit_that_cannot_be_kept_says_so(tmp_path: Path) -> None:
     memory = UnitMemory.start(tmp_path, {})
     memory.unit("a", object)
     with rejected("unit"):
-        memory.flush()
-
-
-def test_a_disk_that_is_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    memory = UnitMemory.start(tmp_path, {})
-    memory.unit("a", lambda: 1.0)
-
-    def full(*_: Any) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(remembering.archive, "write_values", full)
-    with failed("not-written"):
         memory.flush()
 
 
