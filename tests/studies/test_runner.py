@@ -187,18 +187,19 @@ def test_a_finished_result_of_the_same_question_is_handed_back(tmp_path: Path) -
 
 
 OTHERS = {
-    "another key": (Squares(times=2.0), [1.0, 2.0], "study.times was 1.0, now 2.0"),
-    "another subject": (Squares(), [1.0, 3.0], r"numbers was \[1.0, 2.0\], now \[1.0, 3.0\]"),
+    "another key": (Squares(times=2.0), [1.0, 2.0]),
+    "another subject": (Squares(), [1.0, 3.0]),
 }
 
 
-@pytest.mark.parametrize(("spec", "subject", "says"), OTHERS.values(), ids=OTHERS.keys())
+@pytest.mark.parametrize("name", OTHERS)
 @pytest.mark.parametrize("at", [2, 99])
-def test_another_question_is_refused(tmp_path: Path, spec: Squares, subject: list[float], says: str, at: int) -> None:
+def test_another_question_is_refused(tmp_path: Path, name: str, at: int) -> None:
+    spec, subject = OTHERS[name]
     ask(Squares(), [1.0, 2.0], folder=tmp_path, progress=Stop(at))
     [file] = tmp_path.glob("result*.nc")
     before = file.read_bytes()
-    with pytest.raises(InputError, match=f"--resume: the result in .* answers another question: {says}"):
+    with refused("--resume", "was 1.0, now 2.0" if subject == [1.0, 2.0] else "[1.0, 3.0]", code="other-question"):
         ask(spec, subject, folder=tmp_path, resume=True)
     assert file.read_bytes() == before
 
