@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from wucht import run
 from wucht.machines.machine import Machine
-from wucht.studies.runner import run
 from wucht.studies.study import Study
 
 

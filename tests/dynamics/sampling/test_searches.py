@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from wucht import OptimiseBalancer
 from wucht.dynamics.sampling.distributions import REPLICATES, points
 from wucht.dynamics.sampling.probability_bands import interval
 from wucht.dynamics.sampling.searches import (
@@ -18,7 +19,6 @@ from wucht.dynamics.sampling.searches import (
     values_at,
     variables_of,
 )
-from wucht.studies.optimise_balancer.study import OptimiseBalancer
 from wucht.studies.study_file import read_study
 
 CENTRIFUGE = read_study("practice/laboratory-centrifuge").subject
