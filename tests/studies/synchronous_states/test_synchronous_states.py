@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.refusals import Refusal, refused
+from tests.refusals import Refusal, check_refusal, refused
 
 from wucht import Machine, SynchronousStates, integrate, load_machine, run
 from wucht.analysis.averaged_equations import averaged_equations_of
@@ -662,44 +662,19 @@ def test_refused_machines() -> None:
 
 
 @pytest.mark.parametrize(
-    ("table", "refusal"),
+    "table",
     [
-        ({"speed": 0.0}, refused("study.speed", given=0.0)),
-        ({"speed": "3 kg"}, refused("study.speed", code="dimension")),
-        ({"range": [5, 10]}, refused("study.range", given=[5.0, 10.0], code="prescribed")),
-        ({"range": [10, 5]}, refused("study.range", given=[10, 5])),
-        ({"inertia": 1}, refused("study.inertia", given=1)),
-        ({"full": "no"}, refused("study.full", given="no")),
-        ({"axes": 3}, refused("study.axes", given=3)),
-        ({"axes": {"speed": [1, 2, 3]}}, refused("study.axes.ratio", given=None, code="shape")),
-        ({"axes": {"speed": [1, 2, 3], "ratio": [0, 2]}}, refused("study.axes.ratio", given=[0, 2], code="shape")),
-        (
-            {"axes": {"speed": [1, 2, 3], "ratio": [0, 2, 2.5]}},
-            refused("study.axes.ratio", given=[0, 2, 2.5], code="whole-number"),
-        ),
-        (
-            {"axes": {"speed": [1, 2, 5000], "ratio": [0, 2, 3]}},
-            refused("study.axes.speed", given=[1, 2, 5000], code="whole-number"),
-        ),
-        (
-            {"axes": {"speed": [-1, 2, 3], "ratio": [0, 2, 3]}},
-            refused("study.axes.speed", given=[-1.0, 2.0, 3], code="negative"),
-        ),
-        ({"axes": {"sped": [1, 2, 3]}}, refused("study.axes.sped", code="unknown-key")),
-        ({"spede": 3}, refused("study.spede", "speed", code="unknown-key")),
-        ({"speed": 1e29}, refused("study.speed", "0.0445", given=1e29)),
-        ({"speed": -1e-300}, refused("study.speed", given=-1e-300)),
-        ({"axes": {"speed": [1, 1e29, 3], "ratio": [0, 2, 3]}}, refused("study.axes.speed", given=[1.0, 1e29, 3])),
-        (
-            {"axes": {"speed": [1, 2, 3], "ratio": [0, 1e29, 3]}},
-            refused("study.axes.ratio", given=[0.0, 1e29, 3], code="limits"),
-        ),
+        {"speed": 0.0}, {"speed": "3 kg"}, {"range": [5, 10]}, {"range": [10, 5]}, {"inertia": 1}, {"full": "no"},
+        {"axes": 3}, {"axes": {"speed": [1, 2, 3]}}, {"axes": {"speed": [1, 2, 3], "ratio": [0, 2]}},
+        {"axes": {"speed": [1, 2, 3], "ratio": [0, 2, 2.5]}}, {"axes": {"speed": [1, 2, 5000], "ratio": [0, 2, 3]}},
+        {"axes": {"speed": [-1, 2, 3], "ratio": [0, 2, 3]}}, {"axes": {"sped": [1, 2, 3]}}, {"spede": 3}, {"speed": 1e29},
+        {"speed": -1e-300}, {"axes": {"speed": [1, 1e29, 3], "ratio": [0, 2, 3]}},
+        {"axes": {"speed": [1, 2, 3], "ratio": [0, 1e29, 3]}},
     ],
-)
-def test_refused_questions(table: dict[str, Any], refusal: Refusal) -> None:
+)  # fmt: skip
+def test_refused_questions(table: dict[str, Any]) -> None:
     m = machine(0.012, 0.008)
-    with refusal:
-        run(SynchronousStates.from_table(table), m)
+    check_refusal(f"synchronous-states: {table}", lambda: run(SynchronousStates.from_table(table), m))
 
 
 @pytest.mark.parametrize(
