@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tests.refusals import cases_of, check_file, check_refusal
 
-from wucht import run_file
+from wucht import load_machine, run_file
 from wucht.cli.options import parse_settings
 
 Command = Callable[..., Any]
@@ -321,12 +321,11 @@ def test_the_same_table_in_another_dress(machines: Path, content: str) -> None:
 
 def test_the_only_load_may_be_a_table_too(machines: Path) -> None:
     from wucht.machines.parts.table_load import TableLoad
-    from wucht.studies.study_file import read_study
 
     Path("s.toml").write_text(
         RING.replace('kind = "quadratic"\ncoefficient = "1e-6 N m s^2"', 'kind = "table"\nfile = "motor.csv"')
     )
-    load = read_study("s.toml").subject.parts[-1]
+    load = load_machine("s.toml").parts[-1]
     assert isinstance(load, TableLoad)
     assert load.torque_at(0.0) == pytest.approx(0.0)
     assert load.torque_at(1000 * 2 * 3.141592653589793 / 60) == pytest.approx(4.0)

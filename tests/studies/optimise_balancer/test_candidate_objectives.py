@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 from tests.refusals import refused
 
-from wucht import OptimiseBalancer, RunUp
+from wucht import OptimiseBalancer, RunUp, load_machine
 from wucht import run as ask
 from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, evaluate_batch
 from wucht.dynamics.balancers.damping_optimum import compensated_state
 from wucht.dynamics.verdicts.outcomes import RESONANCE_PASSED
-from wucht.studies.study_file import read_study
 
-FAST = read_study("drozdetskaya-2020/r1-u80").subject
+FAST = load_machine("drozdetskaya-2020/r1-u80")
 SPEC = OptimiseBalancer(vary={"damping": [0.01, 1.0]}, unbalance=[8e-3, 12e-3], samples=2, population=4, evaluations=4)
 
 
@@ -62,7 +61,7 @@ def test_averaged_equations_see_too_high_a_peak_where_the_passage_is_fast() -> N
 
 def test_a_held_speed_passes_no_resonance() -> None:
     """There the largest amplitude is that of the jolt with which a run begins, and says nothing of the bodies."""
-    held = read_study("sperling-rollers/figure-9").subject
+    held = load_machine("sperling-rollers/figure-9")
     search, _ = OptimiseBalancer(vary={"damping": [1e-5, 1e-4]}).prepare(held)
     assert search.objectives == (SETTLING, RESIDUAL, CAPTURE)
     with refused("study.objectives", given="peak"):
@@ -94,4 +93,4 @@ def test_phases_are_not_given(start: dict[str, object]) -> None:
 def test_either_end_of_a_range_may_be_what_the_parts_do_not_allow(key: str, ends: list[float], bad: float) -> None:
     """Balls of 5 mm in a ring of 115 mm."""
     with refused(f"study.vary.{key}", given=bad):
-        OptimiseBalancer(vary={key: ends}).prepare(read_study("practice/balls-at-resonance").subject)
+        OptimiseBalancer(vary={key: ends}).prepare(load_machine("practice/balls-at-resonance"))
