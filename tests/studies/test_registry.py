@@ -17,10 +17,9 @@ from tests.refusals import rejected
 
 import wucht.extending
 from wucht import Response, TorqueBalance, load, report, run
+from wucht.extending import Answer, Study
 from wucht.files.building import machine_from
-from wucht.studies.answer import Answer
 from wucht.studies.registry import StudyEntry, studies
-from wucht.studies.study import Study
 
 STUDY = """
 from typing import ClassVar

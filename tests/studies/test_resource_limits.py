@@ -12,9 +12,9 @@ import pytest
 from tests.refusals import failed, refused
 
 from wucht import CoastDown, Entrainment, LoadSpectrum, Machine, RunUp, load_machine, run
+from wucht.extending import Study
 from wucht.files.building import machine_from
 from wucht.studies import resource_limits as room
-from wucht.studies.study import Study
 
 R1 = "drozdetskaya-2020/r1"
 BAND = "sperling-vibration/entrainment-band"

@@ -19,14 +19,13 @@ from tests.refusals import refused
 
 from wucht import InputError, Response, RunUp, SynchronousStates, load_machine
 from wucht.dynamics.work import Work
+from wucht.extending import Answer, Study
 from wucht.plots.sheet import save_figure
 from wucht.results.output_folder import load_result
 from wucht.schema import si
 from wucht.studies import runner
-from wucht.studies.answer import Answer
 from wucht.studies.memory import UnitMemory
 from wucht.studies.registry import studies
-from wucht.studies.study import Study
 from wucht.studies.subjects import Description
 
 

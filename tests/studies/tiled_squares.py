@@ -18,10 +18,9 @@ import xarray as xr
 
 from wucht import InputError
 from wucht.dynamics.work import Work
+from wucht.extending import Answer, Study
 from wucht.schema import si
-from wucht.studies.answer import Answer
 from wucht.studies.cluster import TaskReport
-from wucht.studies.study import Study
 from wucht.studies.subjects import Description
 
 

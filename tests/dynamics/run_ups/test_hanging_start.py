@@ -16,10 +16,10 @@ from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.run_ups.run_variations import varied_quantity
 from wucht.dynamics.sampling.ensembles import initial_states
+from wucht.extending import Study
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.program import Evaluator
-from wucht.studies.study import Study
 from wucht.web.shared_study import shared_page
 
 MOUNTED = {"mass": 10.0, "stiffness": [2e4, 3e4], "damping": 50.0, "gravity": 9.81}

@@ -13,9 +13,8 @@ from pydantic import Field
 import wucht
 from wucht import InputError
 from wucht.dynamics.work import Work
+from wucht.extending import Answer, Study
 from wucht.schema import Parameter, si
-from wucht.studies.answer import Answer
-from wucht.studies.study import Study
 from wucht.studies.subjects import Description
 
 KEYS = {"drive.slope": ("slope", "N m s"), "p1.mass": ("mass", "kg"), "b.count": ("number", ""), "b.turns": ("turns", "")}

@@ -15,7 +15,7 @@ from tests.studies.comparison.recital import Reciter, compare, nothing, recited
 
 import wucht
 from wucht import RunError
-from wucht.studies.answer import Answer
+from wucht.extending import Answer
 from wucht.studies.resource_limits import machine_memory
 
 NAN = math.nan

@@ -10,8 +10,8 @@ from tests.studies.comparison.recital import Reciter, Say, compare, nothing, spe
 
 import wucht
 from wucht import RunError
+from wucht.extending import Answer
 from wucht.plots.style import GREY, line_style
-from wucht.studies.answer import Answer
 
 pytestmark = pytest.mark.usefixtures("recital")
 SLOPE, MASS = "drive.slope", "p1.mass"

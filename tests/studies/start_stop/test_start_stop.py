@@ -266,6 +266,8 @@ CHANGES = {
     'until = "0.2 s"': [
         "until = 0", 'until = "1 kg"', 'target_life = "3 h"', 'direction = "x"', 'signal = "acceleration"',
         'signal = "stress"', 'woehler = { k = 5, ND = 1e6, SD = "3 N" }', 'woehler = { k = 0, ND = 1e6, SD = "3 mm" }',
+        'woehler = { k = 5, ND = 1e6, SD = "-1 mm" }',
+        'woehler = { k = 5, ND = 1e6, SD = "0 mm" }',
         'direction = "r"\nwoehler = { k = 5, ND = 1e6, SD = "3 mm" }', "turns = 3",
     ],
     DRIVE: [""],
