@@ -1,8 +1,9 @@
-"""Runs of equations of a table ``[system]``: where each begins, and its answer."""
+"""A run of equations of a table ``[system]``, and its answer."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -11,14 +12,12 @@ import numpy as np
 from wucht.dynamics.limit_sets.conservation import CONSERVATIVE_MOTION, preserves_volume
 from wucht.dynamics.limit_sets.descriptions import numbers_of, sentence_of
 from wucht.dynamics.limit_sets.limit_set import MotionKind
-from wucht.dynamics.limit_sets.long_run import LongRun
-from wucht.dynamics.parameters import parameter_of, values_of
-from wucht.dynamics.system_states import refuse_singular_start, states_from
+from wucht.dynamics.limit_sets.long_run import INTERVALS, LongRun, LongRunSettings, long_run
+from wucht.dynamics.work import Work
 from wucht.machines.subject import Subject
 from wucht.studies.answer import Answer
-from wucht.studies.run_up.combined_runs import RunCase, stack_padded, state_cases
+from wucht.studies.run_up.combined_runs import Fill, Run, state_cases, variables_of_cases
 
-MOST_PLACES = 20_001  # of what motions tend to, of all runs together
 _LONG_NAMES = {
     "stable": "whether nearby motions tend to it",
     "state": "states of the equilibrium",
@@ -40,39 +39,56 @@ _CASE_WORDS = {
     "label": "label of the run", "start": "states at the start", "value": "value of the parameter",
     "sentence": "what the motion tends to",
 }  # fmt: skip
-_VARIABLES_OF_CASES = (("time", "sample"), ("states", "state sample"), ("limit_time", "place"), ("limit_states", "state place"))
+_VARIABLES_OF_CASES = ("time", "states", "limit_time", "limit_states")
 
 
-def system_cases(
-    subject: Subject, starts: Mapping[str, Mapping[str, Any]], is_named: bool, along: str | None, values: Sequence[Any]
-) -> tuple[RunCase, ...]:
-    """Return the runs: the equations and the start (n,) of each.
+@dataclass(frozen=True)
+class EquationRun(Run):
+    """A run of equations from a state (n,).
 
-    starts: by their place in the file. is_named: a label names them. Raises ``InputError`` for a state that the equations lack.
+    most_samples, most_places: numbers that are stored at most, over time and of what the motion tends to.
     """
-    states = {at: states_from(subject.system, values_by_name, at) for at, values_by_name in starts.items()}
-    parameter = None if along is None else parameter_of(subject, along)
-    cases = list[RunCase]()
-    for value in (None,) if parameter is None else values_of(subject, parameter, values):
-        variant = subject if parameter is None or value is None else subject.with_values({parameter.path: value})
-        names = [] if parameter is None or value is None else [f"{parameter.path} = {value:.6g}"]
-        for at, start in states.items():
-            refuse_singular_start(variant, start, at)
-            by_name = dict(zip(subject.system.state_names, start.tolist(), strict=True))
-            place = ", ".join(f"{name} = {x:.6g}" for name, x in by_name.items() if x)
-            label = "; ".join([*names, *([place or "all states 0"] if is_named else [])])
-            cases.append(RunCase(label, by_name, value, (variant, start)))
-    return tuple(cases)
+
+    subject: Subject
+    state: np.ndarray
+    settings: LongRunSettings
+    most_samples: int
+    most_places: int
+
+    @property
+    def stored_numbers(self) -> float:
+        """See ``Run``."""
+        return float(2 * (2 * INTERVALS + 1) * len(self.subject.system.states))
+
+    def follow(self, work: Work) -> Iterator[tuple[Fill, bool]]:
+        """See ``Run``."""
+        report = partial(_tell_time, work.open_ended, self.settings.until)
+        run = work.unit("run", partial(long_run, self.subject, self.state, self.settings, report))
+        yield partial(_fill_run, self, run), True
+
+    def state_many(
+        self, a: Answer, along: str | None, runs: Sequence[Run], results: Sequence[Answer], finished_count: int
+    ) -> None:
+        """State the runs over time and what they tend to, and a line for each."""
+        a.attribute(**results[0].attributes)
+        state_cases(a, along, runs, results, finished_count, _CASE_WORDS)
+        by_name = [{q.name: q for q in r.quantities} for r in results]
+        for run, result in zip(runs, results, strict=False):
+            a.line("run", "{label}: {sentence}", label=run.label, sentence=result.sentence)
+        a.curve("case", [run.label for run, _ in zip(runs, results, strict=False)], "run")
+        a.add([by_name[0]["state"], by_name[0]["is_angle"]])
+        a.add(variables_of_cases(by_name, _VARIABLES_OF_CASES, self.most_samples))
 
 
-def fill_system_run(subject: Subject, run: LongRun, most: int, most_places: int, tolerance: float, a: Answer) -> None:
-    """State one run of equations. most, most_places: numbers of samples, over time and of what the motion tends to."""
-    system, names, limit = subject.system, subject.system.state_names, run.limit_set
+def _fill_run(question: EquationRun, run: LongRun, a: Answer) -> None:
+    """State one run of equations."""
+    system, limit, most = question.subject.system, run.limit_set, question.most_samples
+    names = system.state_names
     a.sentence, a.failure = sentence_of(run.kind, limit, names), run.failure
-    if limit is not None and limit.attracts is None and preserves_volume(subject):
+    if limit is not None and limit.attracts is None and preserves_volume(question.subject):
         a.sentence += f"; {CONSERVATIVE_MOTION}"
     a.verdict = f"{str(run.kind).upper()}, {a.sentence}"
-    a.attribute(outcome=str(run.kind), engine=run.engine, tolerance=tolerance, subject="system")
+    a.attribute(outcome=str(run.kind), engine=run.engine, tolerance=question.settings.tolerance, subject="system")
     if run.advised_time is not None:
         a.warn(
             f"the run until {run.end_time:.5g} is too short to tell what the motion tends to; study.until = "
@@ -93,7 +109,7 @@ def fill_system_run(subject: Subject, run: LongRun, most: int, most_places: int,
     a.curve("state", list(names), "state")
     a.curve("is_angle", [int(s in system.angles) for s in system.states], "1 of an angle", "", "state", coordinate=True)
     a.curve("states", run.states[:, ::thin], "value of the state", "", "state time")
-    times, states = (np.empty(0), np.empty((len(names), 0))) if limit is None else limit.samples(most_places)
+    times, states = (np.empty(0), np.empty((len(names), 0))) if limit is None else limit.samples(question.most_places)
     a.curve("limit_time", times, "time on what the motion tends to", "", "place")
     a.curve("limit_states", states, "state on what the motion tends to", "", "state place")
 
@@ -132,22 +148,5 @@ def _unstable_warnings(run: LongRun) -> list[str]:
     return []
 
 
-def fill_system_runs(
-    along: str | None, cases: Sequence[RunCase], most: int, tolerance: float, runs: Sequence[LongRun], a: Answer
-) -> None:
-    """State many runs of equations. most: samples of all together."""
-    fills = [
-        partial(fill_system_run, case.run[0], run, max(most // len(cases), 2), MOST_PLACES // len(cases), tolerance)
-        for case, run in zip(cases, runs, strict=False)
-    ]
-    results = [Answer(fill=fill).fill() for fill in fills]
-    a.attribute(**results[0].attributes)
-    state_cases(a, along, cases, results, len(results), _CASE_WORDS)
-    by_name = [{q.name: q for q in r.quantities} for r in results]
-    for case, result in zip(cases, results, strict=False):
-        a.line("run", "{label}: {sentence}", label=case.label, sentence=result.sentence)
-    a.curve("case", [case.label for case, _ in zip(cases, results, strict=False)], "run")
-    a.add([by_name[0]["state"], by_name[0]["is_angle"]])
-    for name, inner in _VARIABLES_OF_CASES:
-        values = stack_padded([quantities[name].value for quantities in by_name])
-        a.curve(name, values, by_name[0][name].long_name, "", f"case {inner}")
+def _tell_time(work: Work, until: float | None, time: float) -> None:
+    work.report(time / until if until else 0.0, f"t = {time:.4g}")
