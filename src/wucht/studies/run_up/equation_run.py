@@ -2,39 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from wucht.dynamics.limit_sets.conservation import CONSERVATIVE_MOTION, preserves_volume
-from wucht.dynamics.limit_sets.descriptions import numbers_of, sentence_of
+from wucht.dynamics.limit_sets.descriptions import sentence_of
 from wucht.dynamics.limit_sets.limit_set import MotionKind
 from wucht.dynamics.limit_sets.long_run import INTERVALS, LongRun, LongRunSettings, long_run
 from wucht.dynamics.work import Work
 from wucht.machines.subject import Subject
 from wucht.studies.answer import Answer
 from wucht.studies.run_up.combined_runs import Fill, Run, state_cases, variables_of_cases
+from wucht.studies.run_up.limit_set_answer import state_limit_set
 
-_LONG_NAMES = {
-    "stable": "whether nearby motions tend to it",
-    "state": "states of the equilibrium",
-    "eigenvalues": "eigenvalues of the equilibrium",
-    "period": "period of the orbit",
-    "turns": "turns of the angles in a period",
-    "multipliers": "Floquet multipliers of the orbit, without that of its phase",
-    "min": "least value of each state, of what the motion tends to",
-    "max": "largest value of each state, of what the motion tends to",
-    "mean": "mean value of each state, of what the motion tends to",
-}
-_EXPONENT = {
-    "value": "largest Lyapunov exponent",
-    "low": "lower end of its 95 % interval",
-    "high": "upper end of its 95 % interval",
-    "duration": "time over which it is a mean",
-}
 _CASE_WORDS = {
     "label": "label of the run", "start": "states at the start", "value": "value of the parameter",
     "sentence": "what the motion tends to",
@@ -103,7 +86,7 @@ def _fill_run(question: EquationRun, run: LongRun, a: Answer) -> None:
     a.number("settling_time", None if is_longer else run.settling_time, near, headline=True)
     a.line("settled", "after t = {settling_time:.4g}")
     a.number("advised_time", run.advised_time, "duration of a run that may tell")
-    _state_limit(a, {} if limit is None else numbers_of(limit, names), is_at_rest=run.kind is MotionKind.EQUILIBRIUM)
+    state_limit_set(a, run, names)
     thin = max(1, -(-(len(run.time) - 1) // (most - 1)))
     a.curve("time", run.time[::thin], "time")
     a.curve("state", list(names), "state")
@@ -114,32 +97,14 @@ def _fill_run(question: EquationRun, run: LongRun, a: Answer) -> None:
     a.curve("limit_states", states, "state on what the motion tends to", "", "state place")
 
 
-def _state_limit(a: Answer, numbers: Mapping[str, Any], is_at_rest: bool) -> None:
-    """State what a motion tends to."""
-    for name, long_name in _LONG_NAMES.items():
-        a.number(name, numbers.get(name), long_name, headline=name == "period")
-    exponent = numbers.get("lyapunov_exponent") or dict.fromkeys(_EXPONENT)
-    with a.group("lyapunov_exponent", "largest Lyapunov exponent with its 95 % interval, per unit of time"):
-        for name, long_name in _EXPONENT.items():
-            a.number(name, exponent[name], long_name)
-    for name in ("eigenvalues", "multipliers"):
-        if numbers.get(name):
-            a.line(name, ", ".join(f"{re:.5g}" if not im else f"{re:.5g}{im:+.5g}i" for re, im in numbers[name]))
-    if numbers.get("turns"):
-        a.line("turns", ", ".join(f"{name} {turns:+d}" for name, turns in numbers["turns"].items()) + " a period")
-    interval = "{low:.5g} to {high:.5g}, in 19 of 20 cases; mean over a time of {duration:.4g}"
-    a.line("exponent", f"{{value:.5g}} ({interval})", at="lyapunov_exponent")
-    for name, low in (numbers.get("min") or {}).items() if not is_at_rest else ():
-        a.line("range", f"{name} {low:.6g} to {numbers['max'][name]:.6g}")
-
-
 def _unstable_warnings(run: LongRun) -> list[str]:
-    """Return warnings of a start on an unstable equilibrium, or of a motion that ends in one."""
+    """Return warnings of a start on an unstable equilibrium, or of a motion that ends in one or on an unstable orbit."""
     at = run.start_equilibrium
     if run.limit_set is not None and run.limit_set.attracts is False:
         if at is not None:
             return ["the start lies on an unstable equilibrium: any disturbance leads away from it"]
-        return ["the motion ends in an unstable equilibrium, which is reached from few starts only: any disturbance leads away"]
+        end = "in an unstable equilibrium" if run.kind is MotionKind.EQUILIBRIUM else "on an unstable orbit"
+        return [f"the motion ends {end}, which is reached from few starts only: any disturbance leads away"]
     if at is not None and at.attracts is False:
         return [
             "the start lies on an unstable equilibrium: the motion leaves it by rounding alone, so that where it leads is not "

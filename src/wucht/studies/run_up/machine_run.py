@@ -9,17 +9,21 @@ from functools import partial
 
 import numpy as np
 
+from wucht.dynamics.limit_sets.long_run import LongRun
 from wucht.dynamics.run_ups.contacts import check_contacts
 from wucht.dynamics.run_ups.hanging_start import is_hanging_start
 from wucht.dynamics.run_ups.horizon import numbers_per_sample
+from wucht.dynamics.run_ups.limit_at_end import limit_at_end
 from wucht.dynamics.run_ups.neighbours import neighbour_of
 from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
 from wucht.dynamics.work import Work
+from wucht.machines.machine import Machine
 from wucht.results.quantities import Quantity
 from wucht.studies.answer import Answer
 from wucht.studies.run_up.answer import fill_run
 from wucht.studies.run_up.combined_runs import Fill, Run, end_in_words, printed_number, state_cases, variables_of_cases
 from wucht.studies.run_up.figure import mean_phase, rotor_angle
+from wucht.studies.run_up.limit_set_answer import state_machine_limit_set
 
 _SHARE_BESIDE_CONTACTS = 0.4  # of the work in a run, where it may be made again with stiffer contacts
 _MOST_SAMPLES = 20_000  # of each of many runs
@@ -31,11 +35,12 @@ _SLOW = "  averaged equations"
 
 @dataclass(frozen=True)
 class MachineRun(Run):
-    """A run of a machine. over: the abscissa of the figure. deck: the inclination of a screen's deck."""
+    """A run of a machine. over, deck, limit_set: as the keys of the study."""
 
     case: RunUpCase
     over: str
     deck: float | None
+    limit_set: bool
 
     @property
     def stored_numbers(self) -> float:
@@ -53,7 +58,13 @@ class MachineRun(Run):
         if check is not None and check.is_stiffer:
             motions = (check.motion, *motions[1:])
         neighbour = neighbour_of(motions[0], work.part("neighbour", 1.0, 1.0))
-        yield partial(fill_run, motions, neighbour, check, self.deck, hangs), True
+        fill = partial(fill_run, motions, neighbour, check, self.deck, hangs)
+        if self.limit_set and motions[0].trajectory.failure is None:
+            yield fill, False
+            report = partial(_tell_time, work.part("", 1.0, 1.0))
+            limit = work.unit("limit set", partial(limit_at_end, motions[0], report))
+            fill = partial(_fill_with_limit_set, fill, limit, self.case.machine)
+        yield fill, True
 
     def state_many(
         self, a: Answer, along: str | None, runs: Sequence[Run], results: Sequence[Answer], finished_count: int
@@ -75,6 +86,15 @@ class MachineRun(Run):
         variables = [{q.name: q for q in r.quantities if q.dimensions is not None} | _abscissae(r, self.over) for r in results]
         a.add([*variables_of_cases(variables, _VARIABLES_OF_CASES, _MOST_SAMPLES), variables[0]["body"]])
         a.curve("case", [c.label for c, _ in zip(runs, results, strict=False)], "case")
+
+
+def _fill_with_limit_set(fill: Fill, limit: LongRun, machine: Machine, a: Answer) -> None:
+    fill(a)
+    state_machine_limit_set(a, limit, machine)
+
+
+def _tell_time(work: Work, time: float) -> None:
+    work.report(1.0, f"what the motion tends to, followed for {time:.4g}")
 
 
 def _abscissae(result: Answer, over: str) -> dict[str, Quantity]:

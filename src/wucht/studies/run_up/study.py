@@ -21,7 +21,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.subject import Subject
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
-from wucht.studies.key_types import Path, Starts, Values
+from wucht.studies.key_types import Path, Starts, TrueOrFalse, Values
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.run_up.combined_runs import Fill, Run
 from wucht.studies.run_up.equation_run import EquationRun
@@ -78,6 +78,11 @@ class RunUp(SingleRun):
         gt=1,
         title="largest number of stored samples, of all runs together",
         description="largest number of stored samples, of all runs together; by default a million, or as many as take 240 MB",
+    )
+    limit_set: TrueOrFalse | None = Field(
+        default=None,
+        description="whether the motion is followed until it is known what it tends to: an orbit with its period and Floquet "
+        "multipliers, a torus, or a chaotic motion with its largest Lyapunov exponent; of a table [system] always",
     )
     over: Literal["time", "phi", "psi"] = Field(default="time", description=(
         "abscissa of the figure: `\"time\"`, `\"phi\"` (the rotor's angle) or `\"psi\"` (mean phase of its bodies)"
@@ -157,13 +162,17 @@ class RunUp(SingleRun):
             raise InputError(
                 "study.deck", self.deck, "allowed only for a machine with units whose carrier moves up and down (y)"
             )
+        if self.limit_set and self.model == "slow":
+            raise InputError("study.limit_set", True, "allowed only with the full equations, model = 'full' or 'both'")
         units = {name: state.unit.si for name, state in start_states(machine).items()}
         name = ", ".join(f"{k} = {_value_text(v, units.get(k, ''))}" for k, v in start.items()) or "at rest"
         case = RunUpCase.of(machine, start, self.settings, location)
-        return MachineRun(name, start, None, case, self.over, self.deck)
+        return MachineRun(name, start, None, case, self.over, self.deck, bool(self.limit_set))
 
     def _equation_run(self, subject: Subject, start: Mapping[str, Any], location: str) -> EquationRun:
         refuse_machine_keys(self, _KEYS_OF_MACHINES)
+        if self.limit_set is False:
+            raise InputError("study.limit_set", False, "must be true, or not given, for a table [system]")
         state = states_from(subject.system, start, location)
         refuse_singular_start(subject, state, location)
         values = dict(zip(subject.system.state_names, state.tolist(), strict=True))
