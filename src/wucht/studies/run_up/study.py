@@ -135,15 +135,15 @@ class RunUp(SingleRun):
 
     def solve(self, subject: Subject, prepared: tuple[Run, ...], work: Work) -> Iterator[Answer]:
         """Integrate the runs; later ones are reported when they are complete: partial ones would count as finished."""
-        finished, count = tuple[Fill, ...](), len(prepared)
+        ends, count = tuple[Fill, ...](), len(prepared)
         for k, run in enumerate(prepared):
             part = work.part(f"run {k + 1}", k / count, (k + 1) / count) if self.is_several else work
             for fill, is_complete in run.follow(part):
                 if is_complete:
-                    finished = (*finished, fill)
-                if is_complete or not finished:
-                    fills = finished or (fill,)
-                    yield Answer(subject.units, partial(self._fill, subject, prepared, fills, len(finished)))
+                    ends = (*ends, fill)
+                if is_complete or not ends:
+                    fills = ends or (fill,)
+                    yield Answer(subject.units, partial(self._fill, subject, prepared, fills, len(ends)))
 
     def draw(self, result: xr.Dataset) -> Figure:
         """See ``Study``."""
