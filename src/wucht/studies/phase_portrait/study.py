@@ -101,7 +101,7 @@ class PhasePortrait(Study):
         "ranges of the states, by name: the window; of an angle its range in the figure"
     ))  # fmt: skip
     together: Composite[Together | None] = composite(default=None, title="bodies that keep equal phases", description=(
-        "true or names of bodies: they keep equal phases (002 (5.17)-(5.18): true); refused where they would not"
+        "true or names of bodies: they keep equal phases (Drozdetskaya (5.17)-(5.18): true); refused where they would not"
     ))  # fmt: skip
     speed: SI[float | None] = si("rad/s", "speed", default=None, help="speed at which the main rotor is held")
     inertia: Inertia | None = Field(default=None, description=(

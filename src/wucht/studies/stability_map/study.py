@@ -76,7 +76,7 @@ class StabilityMap(Study):
     only: Composite[Names | None] = composite(default=None)
     ranges: Composite[Ranges | None] = composite(default=None)
     inertia: Inertia | None = Field(default=None, description=(
-        "whether the averaged equations keep the inertia of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62), "
+        "whether averaged equations keep the inertia of balancing bodies; false: strongly damped, Drozdetskaya (4.60)-(4.62), "
         "the default of the dimensionless machines; of other machines the default is true"
     ))  # fmt: skip
     eliminate: Path | None = Field(default=None, description=(
