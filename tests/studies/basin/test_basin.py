@@ -207,6 +207,16 @@ def test_further_quantities_are_drawn_at_random() -> None:
     assert report(result)[4] == "  shares       ± holds in 19 of 20 cases"
 
 
+def test_what_is_drawn_at_random_is_not_assumed() -> None:
+    balls = load_machine("drozdetskaya-2020/r1")
+    keys = {"axes": {"carrier.x": [0.0, 1e-3, 2], "drum.speed": [0.0, 1.0, 2]}, "model": "slow", "until": 0.1}
+    with_p2, with_both = (
+        ask(Basin(**keys, ranges=ranges), balls).wucht.assumed[-1] for ranges in ({"p2": TURN}, {"p1": TURN, "p2": TURN})
+    )
+    assert "p1" in with_p2 and "p2" not in with_p2
+    assert "start at" not in with_both
+
+
 def test_random_starts_have_no_border_and_are_no_axis() -> None:
     with refused("study.refine", given=1):
         ask(Basin(axes=AXES, ranges={"carrier.x": [0.0, 1e-3]}, refine=1), machine())

@@ -41,7 +41,7 @@ class RampedMachine:
 
     def courses(self, ways: Mapping[str, Ends], work: Work) -> Iterator[SweepCourse]:
         """See ``SweptSubject``: after each part of a ramp and each search for a jump."""
-        pace, mover = self.moved_machine.pace, Mover(self.moved_machine, self.compiled_system, _ignore_time)
+        pace, mover = self.moved_machine.pace, Mover(self.moved_machine, self.compiled_system, lambda _time: None)
         driven, ramp, longest = (pace.driven, 0.0), pace.samples * pace.step, mover.longest_settling
         ramp_share = _JUMPS_SHARE * ramp / (ramp + longest)
         first = longest / (longest + len(ways) * (ramp + longest) / _JUMPS_SHARE)  # as long as what follows, for its time
@@ -123,10 +123,6 @@ def _time_reporter(work: Work, begin: float, duration: float, activity: str) -> 
     take.
     """
     return lambda time: work.report((time - begin) / duration, activity)
-
-
-def _ignore_time(_time: float) -> None:
-    """Ignore the progress of a mover."""
 
 
 def _share_reporter(work: Work, share: float, activity: str) -> Callable[[float], None]:

@@ -95,7 +95,7 @@ class SteppedEquations:
         for k, (name, values) in enumerate(ways.items()):
             begin, end = (_FIRST + (1 - _FIRST) * n / len(ways) for n in (k, k + 1))
             part, grid = work.part(name, begin, end), np.linspace(*values, self.points)
-            way, state = part.unit("values", partial(self._way, grid, state, span, partial(_report_share, part, name)))
+            way, state = part.unit("values", partial(self._way, grid, state, span, partial(part.report, label=name)))
             course = self._with_way(course, name, way)
             yield course
             if course.failure:
@@ -182,10 +182,6 @@ def _settle(subject: Subject, start: np.ndarray, settings: LongRunSettings) -> t
     if run.failure is not None:
         raise RunError(run.failure)
     return run.end_time, run.states[:, -1]
-
-
-def _report_share(part: Work, name: str, share: float) -> None:
-    part.report(share, name)
 
 
 def _jumps(way: Way, direction: str, names: tuple[str, ...], rows: Sequence[int]) -> Iterator[StateJump]:
