@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -68,6 +69,40 @@ def test_a_forced_oscillator_stays_on_its_upper_branch_to_the_peak() -> None:
     assert jumps["up"] == pytest.approx(1.773, abs=0.05)
     assert jumps["down"] == pytest.approx(down, abs=0.04)
     assert s["hysteresis"] == pytest.approx([jumps["down"], jumps["up"]], abs=0.03)
+
+
+def test_a_sweep_that_is_stopped_is_a_result() -> None:
+    """Before the first way is complete, and before the second one is."""
+
+    def stop(activity: str) -> Callable[[float, str], None]:
+        def report(_share: float, what: str) -> None:
+            if what == activity:
+                raise KeyboardInterrupt
+
+        return report
+
+    study = wucht.Sweep(along="mu", range=(-0.6, 0.6), start={"x": -1.0}, points=21)
+    for activity, ways in (("settling", []), ("up", []), ("down", ["up"])):
+        result = wucht.run(study, hysteresis(), progress=stop(activity))
+        assert (result.attrs["finished"], result.attrs["sentence"]) == (0, "the sweep was interrupted")
+        assert result.direction.values.tolist() == ways
+        assert result.maxima.shape == (len(ways), 1, 21, 60)
+        assert [j["direction"] for j in result.wucht.summary["jumps"]] == ways
+        assert wucht.report(result)[1] == "verdict: THE SWEEP WAS INTERRUPTED"
+        wucht.draw(result)
+
+
+def test_a_motion_that_goes_to_infinity_ends_the_sweep() -> None:
+    """x' = mu + x^2 has the equilibrium -sqrt(-mu), and none beyond mu = 0."""
+    subject = equations_from({"states": {"x": "mu + x^2"}, "parameters": {"mu": 0.0}})
+    result = wucht.run(wucht.Sweep(along="mu", range=(-1.0, 0.5), start={"x": -1.0}, points=16), subject)
+    assert (result.attrs["finished"], result.attrs["sentence"]) == (0, "the sweep failed")
+    assert result.attrs["failure"].startswith("at mu = 0.1: ") and result.attrs["failure"] in result.wucht.warnings
+    assert result.direction.values.tolist() == ["up"]
+    mu = result.value.values[0]
+    assert result["mean"].values[0, 0, mu < -0.05] == pytest.approx(-np.sqrt(-mu[mu < -0.05]), abs=1e-3)
+    assert np.isnan(result["mean"].values[0, 0, mu > 0.05]).all()
+    wucht.draw(result)
 
 
 def test_a_motion_without_folds_has_no_jump() -> None:

@@ -24,7 +24,6 @@ from wucht.dynamics.sampling.outcome_maps import MISSING, CellOutcomes
 from wucht.dynamics.verdicts.outcomes import OUTCOMES
 from wucht.dynamics.work import TaskReport
 
-NOT_COMPUTED = "not-computed"
 # Runs in a unit of work: those that are screened in batches; those that are each followed until the end, which take far longer.
 _TILE, _SMALL_TILE = {"full": 8192, "slow": 32_768}, 256
 
@@ -58,7 +57,7 @@ class OutcomeRuns:
 
     def labels(self, numbers: np.ndarray) -> dict[int, str]:
         """See ``CellRuns``: all outcomes, whether they occur or not."""
-        return {MISSING: NOT_COMPUTED, **{k: str(outcome) for k, outcome in enumerate(OUTCOMES)}}
+        return {MISSING: "not-computed", **{k: str(outcome) for k, outcome in enumerate(OUTCOMES)}}
 
     def quantity(self, name: str, key: str) -> VariedQuantity:
         """See ``CellRuns``: a start state or a parameter."""

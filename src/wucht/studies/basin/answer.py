@@ -36,11 +36,8 @@ def state_outcome_map(
     labels = runs.labels(last.outcome)
     _state_cells(a, map_, levels[0], labels, "")
     if last.coarser is not None:
-        cells, words = (
-            _state_cells(a, map_, last, labels, "refined_"),
-            "halvings after which the run was made (-1: not computed)",
-        )
-        a.curve("refined_level", last.halvings_of, words, "", cells)
+        cells = _state_cells(a, map_, last, labels, "refined_")
+        a.curve("refined_level", last.halvings_of, "halvings after which the run was made (-1: not computed)", "", cells)
     for k, axis in zip("xy", map_.axes, strict=True):
         ends = {"axis": axis.name, "low": axis.low, "high": axis.high, "is_angle": int(axis.is_angle)}
         a.attribute(**{f"{k}_{word}": value for word, value in ends.items()})
