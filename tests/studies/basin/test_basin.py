@@ -204,6 +204,8 @@ def test_further_quantities_are_drawn_at_random() -> None:
     assert s["fractions"]["passed"] == pytest.approx(share, abs=3 * s["standard_errors"]["passed"])
     assert s["standard_errors"]["passed"] == pytest.approx(math.sqrt(share * (1 - share) / 192), rel=0.1)
     assert s["bound"] == {}, "there is no border"
+    assert s["ranges"] == {"drum.speed": SPEEDS}
+    assert report(result)[2] == "  map          12 x 16 cells over drive.slope and carrier.x, with drum.speed at random"
     assert report(result)[4] == "  shares       ± holds in 19 of 20 cases"
 
 

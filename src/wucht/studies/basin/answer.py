@@ -46,6 +46,8 @@ def state_outcome_map(
         for axis in map_.axes
     }
     a.number("axes", axes, "axes of the map")
+    if map_.ranges:
+        a.number("ranges", {r.name: [r.low, r.high] for r in map_.ranges}, "ranges of what each cell draws at random")
     shares = _state_shares(a, replace(map_, runs=runs), labels, refine, levels)
     a.warn(*doubts)
     _warn_of_missing_cells(a, refine, last)
@@ -100,7 +102,8 @@ def _state_shares(a: Answer, map_: OutcomeMap, labels: Labels, refine: int, leve
     a.sentence = ", ".join([*clauses, *([f"{100 * missing:.3g} % not computed yet"] if missing else [])])
     first_cells, last_cells = (" x ".join(map(str, one["cells"])) for one in (shares[0], last))
     refinement = f", at the borders halved to those of {last_cells}" if len(levels) > 1 else ""
-    a.line("map", f"{first_cells} cells over {' and '.join(axis.name for axis in map_.axes)}{refinement}")
+    random = f", with {' and '.join(r.name for r in map_.ranges)} at random" if map_.ranges else ""
+    a.line("map", f"{first_cells} cells over {' and '.join(axis.name for axis in map_.axes)}{refinement}{random}")
     dense = f", instead of {rows * columns} with one in each cell of the finest map"
     a.line("runs", f"{runs}{dense if runs != rows * columns else ''}")
     if fractions:
