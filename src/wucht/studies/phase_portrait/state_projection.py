@@ -25,7 +25,7 @@ _MOST_SAMPLES = 4000  # of a trajectory, and of what it tends to
 
 
 @dataclass(frozen=True, eq=False)
-class Projection:
+class StateProjection:
     """Two states, by their rows; the lowest and the highest value (n,) of all states; and starts (n, k) of trajectories."""
 
     rows: tuple[int, int]
@@ -34,7 +34,7 @@ class Projection:
     starts: np.ndarray
 
 
-def project_states(subject: Subject, projection: Projection, work: Work) -> Iterator[Answer]:
+def project_states(subject: Subject, projection: StateProjection, work: Work) -> Iterator[Answer]:
     """Yield the answer after each trajectory."""
     search = partial(equilibria_in_ranges, subject.system, subject.values, projection.low, projection.high)
     equilibria, eigenvalues = work.unit("equilibria", search)
@@ -49,7 +49,7 @@ def project_states(subject: Subject, projection: Projection, work: Work) -> Iter
 
 def _answer(
     subject: Subject,
-    projection: Projection,
+    projection: StateProjection,
     equilibria: np.ndarray,
     eigenvalues: Sequence[np.ndarray],
     runs: Sequence[LongRun],

@@ -31,7 +31,7 @@ from wucht.studies.answer import Answer
 from wucht.studies.key_types import Inertia, Order, Path, TrueOrFalse, Value, Values, Whole
 from wucht.studies.phase_portrait.answer import PortraitOf, state_portraits
 from wucht.studies.phase_portrait.figure import figure
-from wucht.studies.phase_portrait.state_projection import Projection, project_states
+from wucht.studies.phase_portrait.state_projection import StateProjection, project_states
 from wucht.studies.study import Study
 
 if TYPE_CHECKING:
@@ -140,7 +140,7 @@ class PhasePortrait(Study):
         """See ``Study``."""
         return "" if self.speed is None else "the main rotor held at study.speed"
 
-    def prepare(self, subject: Subject) -> Planar | Projection:
+    def prepare(self, subject: Subject) -> Planar | StateProjection:
         """Return the portraits. Raises ``InputError`` where the subject has no two states, or a key does not fit it."""
         is_machine = isinstance(subject, Machine)
         if not is_machine and len(subject.system.states) > 2:
@@ -168,7 +168,7 @@ class PhasePortrait(Study):
         cases = list(zip(values, planes, sections, strict=True))
         return cases, axes, drawn_ranges(planes[0], axes, ranges), self._starts(planes[0], axes)
 
-    def _projection(self, subject: Subject) -> Projection:
+    def _projection(self, subject: Subject) -> StateProjection:
         """Return the projection. Raises ``InputError`` where a key does not fit, or a range is missing."""
         refuse_machine_keys(self, _KEYS_OF_MACHINES)
         refuse_machine_keys(self, _KEYS_OF_THE_PLANE, "allowed for two states only, not for a projection of more")
@@ -188,7 +188,7 @@ class PhasePortrait(Study):
         else:
             states = [states_from(system, start, f"study.trajectories[{k}]") for k, start in enumerate(self.trajectories)]
             starts = np.array(states).reshape(-1, len(names)).T
-        return Projection((names.index(shown_names[0]), names.index(shown_names[1])), low, high, starts)
+        return StateProjection((names.index(shown_names[0]), names.index(shown_names[1])), low, high, starts)
 
     def _section(self, machine: Machine) -> Section:
         return planar_section(machine, self.together, self.speed, self.inertia, self.order, self.kind)
@@ -225,9 +225,9 @@ class PhasePortrait(Study):
                     raise InputError(f"{key}.{a.name}", start[a.name], requirement)
         return starts
 
-    def solve(self, subject: Subject, prepared: Planar | Projection, work: Work) -> Iterator[Answer]:
+    def solve(self, subject: Subject, prepared: Planar | StateProjection, work: Work) -> Iterator[Answer]:
         """Compute one portrait after the other; of a projection one trajectory after the other."""
-        if isinstance(prepared, Projection):
+        if isinstance(prepared, StateProjection):
             yield from project_states(subject, prepared, work)
             return
         cases, axes, ranges, starts = prepared
