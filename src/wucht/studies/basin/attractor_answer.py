@@ -12,18 +12,14 @@ from wucht.dynamics.limit_sets.limit_set import LimitSet
 from wucht.dynamics.sampling.outcome_maps import Level
 from wucht.studies.answer import Answer
 from wucht.studies.basin.answer import Labels, Shares
+from wucht.studies.limit_set_variables import EXPONENT, LIMIT_SET_NUMBERS, STATE_RANGES
 
 _NO_AREA = "reached from a set without area"
 _MOST_PLACES = 20_001
 _PARTS = {
     "label": ("label of the attractor", ""), "kind": ("kind of the attractor", ""), "share": ("share of the starts", ""),
-    "standard_error": ("standard error of the share", ""), "stable": ("whether nearby motions tend to it", ""),
-    "state": ("states of the equilibrium", ""), "eigenvalues": ("eigenvalues of the equilibrium", ""),
-    "period": ("period of the orbit", ""), "turns": ("turns of the angles in a period", ""),
-    "multipliers": ("Floquet multipliers of the orbit", ""),
-    "lyapunov_exponent": ("largest Lyapunov exponent with its 95 % interval", ""),
-    "min": ("least value of each state", ""), "max": ("largest value of each state", ""),
-    "mean": ("mean value of each state", ""),
+    "standard_error": ("standard error of the share", ""),
+    **LIMIT_SET_NUMBERS, "lyapunov_exponent": (EXPONENT, ""), **STATE_RANGES,
 }  # fmt: skip
 
 
@@ -37,7 +33,8 @@ def state_attractors(a: Answer, runs: AttractorRuns, last: Level, labels: Labels
         for k, one in enumerate(attractors)
     ]  # fmt: skip
     entries.sort(key=lambda entry: -entry["share"])
-    a.number("attractors", entries, "attractors, that of most starts first", parts=_PARTS)
+    parts = {name: (words, a.unit(unit)) for name, (words, unit) in _PARTS.items()}
+    a.number("attractors", entries, "attractors, that of most starts first", parts=parts)
     a.curve("state", list(names), "state")
     _state_samples(a, attractors, labels, len(names))
     sentences = list[str]()

@@ -15,8 +15,8 @@ from wucht.dynamics.limit_sets.long_run import INTERVALS, LongRun, LongRunSettin
 from wucht.dynamics.work import Work
 from wucht.machines.subject import Subject
 from wucht.studies.answer import Answer
+from wucht.studies.limit_set_variables import state_limit_set
 from wucht.studies.run_up.combined_runs import Fill, Run, state_cases, variables_of_cases
-from wucht.studies.run_up.limit_set_answer import state_limit_set
 
 _CASE_WORDS = {
     "label": "label of the run", "start": "states at the start", "value": "value of the parameter",

@@ -20,10 +20,10 @@ from wucht.dynamics.work import Work
 from wucht.machines.machine import Machine
 from wucht.results.quantities import Quantity
 from wucht.studies.answer import Answer
+from wucht.studies.limit_set_variables import state_machine_limit_set
 from wucht.studies.run_up.answer import fill_run
 from wucht.studies.run_up.combined_runs import Fill, Run, end_in_words, printed_number, state_cases, variables_of_cases
 from wucht.studies.run_up.figure import mean_phase, rotor_angle
-from wucht.studies.run_up.limit_set_answer import state_machine_limit_set
 
 _SHARE_BESIDE_CONTACTS = 0.4  # of the work in a run, where it may be made again with stiffer contacts
 _MOST_SAMPLES = 20_000  # of each of many runs

@@ -1,4 +1,4 @@
-"""What a motion tends to: its limit set, of equations and of a machine."""
+"""What motions tend to, stated by studies of equations and of machines: limit sets with their numbers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from wucht.dynamics.limit_sets.long_run import LongRun
 from wucht.machines.machine import Machine
 from wucht.studies.answer import Answer
 
-_NUMBERS = {
+LIMIT_SET_NUMBERS = {
     "stable": ("whether nearby motions tend to it", ""),
     "state": ("states of the equilibrium", ""),
     "eigenvalues": ("eigenvalues of the equilibrium", "1/time"),
@@ -22,12 +22,13 @@ _NUMBERS = {
     "turns": ("turns of the angles in a period", ""),
     "multipliers": ("Floquet multipliers of the orbit, without that of its phase", ""),
 }
-_RANGES = {
-    "min": "least value of each state, of what the motion tends to",
-    "max": "largest value of each state, of what the motion tends to",
-    "mean": "mean value of each state, of what the motion tends to",
+EXPONENT = "largest Lyapunov exponent with its 95 % interval, per unit of time"
+STATE_RANGES = {
+    "min": ("least value of each state, of what the motion tends to", ""),
+    "max": ("largest value of each state, of what the motion tends to", ""),
+    "mean": ("mean value of each state, of what the motion tends to", ""),
 }
-_EXPONENT = {
+_EXPONENT_PARTS = {
     "value": ("largest Lyapunov exponent", "1/time"),
     "low": ("lower end of its 95 % interval", "1/time"),
     "high": ("upper end of its 95 % interval", "1/time"),
@@ -40,8 +41,8 @@ def state_limit_set(a: Answer, run: LongRun, names: tuple[str, ...]) -> None:
     """State what a run of equations tends to. names: of the states."""
     numbers: Mapping[str, Any] = {} if run.limit_set is None else numbers_of(run.limit_set, names)
     _state_numbers(a, numbers)
-    for name, long_name in _RANGES.items():
-        a.number(name, numbers.get(name), long_name)
+    for name, (long_name, unit) in STATE_RANGES.items():
+        a.number(name, numbers.get(name), long_name, unit)
     _state_exponent(a, numbers)
     for name in ("eigenvalues", "multipliers"):
         if numbers.get(name):
@@ -75,14 +76,14 @@ def state_machine_limit_set(a: Answer, run: LongRun, machine: Machine) -> None:
 
 
 def _state_numbers(a: Answer, numbers: Mapping[str, Any]) -> None:
-    for name, (long_name, unit) in _NUMBERS.items():
+    for name, (long_name, unit) in LIMIT_SET_NUMBERS.items():
         a.number(name, numbers.get(name), long_name, unit, headline=name == "period")
 
 
 def _state_exponent(a: Answer, numbers: Mapping[str, Any]) -> None:
-    exponent = numbers.get("lyapunov_exponent") or dict.fromkeys(_EXPONENT)
-    with a.group("lyapunov_exponent", "largest Lyapunov exponent with its 95 % interval, per unit of time"):
-        for name, (long_name, unit) in _EXPONENT.items():
+    exponent = numbers.get("lyapunov_exponent") or dict.fromkeys(_EXPONENT_PARTS)
+    with a.group("lyapunov_exponent", EXPONENT):
+        for name, (long_name, unit) in _EXPONENT_PARTS.items():
             a.number(name, exponent[name], long_name, unit)
 
 
