@@ -164,9 +164,9 @@ class RunUp(SingleRun):
             )
         if self.limit_set and self.model == "slow":
             raise InputError("study.limit_set", True, "allowed only with the full equations, model = 'full' or 'both'")
+        case = RunUpCase.of(machine, start, self.settings, location)  # checks the start, which is named below
         units = {name: state.unit.si for name, state in start_states(machine).items()}
         name = ", ".join(f"{k} = {_value_text(v, units.get(k, ''))}" for k, v in start.items()) or "at rest"
-        case = RunUpCase.of(machine, start, self.settings, location)
         return MachineRun(name, start, None, case, self.over, self.deck, bool(self.limit_set))
 
     def _equation_run(self, subject: Subject, start: Mapping[str, Any], location: str) -> EquationRun:
