@@ -11,7 +11,7 @@ from pydantic import Field
 
 from wucht.cams.cam import Cam
 from wucht.cams.cam_curves import CamCurves
-from wucht.cams.contact_history import ContactHistory, ContactLoad, SpeedOverAngle, contact_history, dense_contact_history
+from wucht.cams.contact_history import ContactHistory, ContactLoad, contact_history, dense_contact_history
 from wucht.cams.drive import CamDrive
 from wucht.cams.drive_cams import DriveCams
 from wucht.cams.followers.follower import Follower
@@ -19,7 +19,6 @@ from wucht.cams.laws import Law
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.shape import Shape, shapes
 from wucht.cams.sizing.size_limits import CamLimits, Size, SizedCam
-from wucht.cams.workshop.cam_files import WorkshopCurve
 from wucht.cams.workshop.points import SPACING, rounding_warning
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
@@ -142,7 +141,7 @@ class CamContour(Study):
         if shaft is None:
             requirement = "the contact force needs the speed of the camshaft: speed = '500 rpm', or a table [speed]"
             raise InputError("study.speed", None, requirement)
-        return ContactLoad(load, SpeedOverAngle(shaft), shaft.mean, contact.share, contact.width, contact.materials)
+        return ContactLoad(load, shaft.speed_over_angle, shaft.mean, contact.share, contact.width, contact.materials)
 
     def _smallest_cam(self, follower: Follower, law: Law) -> SizedCam | RunError | None:
         """Return the smallest cam, the reason why none was found, or None where no limit is given that determines it.
@@ -177,7 +176,7 @@ class CamContour(Study):
         work.report(0.3, "points to mill")
         points = mill_points(cams.cams, self.chord_tolerance, self.spacing) if is_whole else {}
         for name, of_cam in points.items():
-            coarse = rounding_warning(WorkshopCurve(cams.cams[name].contour), of_cam, 1e-3 * 10.0**-self.decimals)
+            coarse = rounding_warning(cams.cams[name].contour, of_cam, 1e-3 * 10.0**-self.decimals)
             a.warn(*([f"{name}: {coarse}"] if coarse else []))
         if not is_whole:
             a.warn("no points to mill: part of the contour is cut away")

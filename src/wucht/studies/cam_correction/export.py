@@ -11,7 +11,7 @@ from wucht.cams.workshop.cam_files import WorkshopFile
 from wucht.cams.workshop.heading import CAM_VERSIONS
 from wucht.cams.workshop.points import SPACING
 from wucht.numerics.fourier_series import FourierSeries
-from wucht.studies.cam_workshop import FileOptions, check_points, drive_of, mill_points, write_files
+from wucht.studies.cam_workshop import check_points, drive_of, mill_points, write_files
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,6 +28,6 @@ def write_corrected_cam(result: xr.Dataset, folder: Path) -> list[WorkshopFile]:
     for name, cam in cams.cams.items():
         contour = result.sel(version=CAM_VERSIONS[True], cam=name)
         check_points(cam, result.cam_angle.values, contour.contour_x.values + 1j * contour.contour_y.values)
-    options = FileOptions(study["chord_tolerance"], SPACING, study["decimals"])
-    points = mill_points(cams.cams, options.tolerance, options.spacing)
-    return write_files(cams, points, folder, options)
+    tolerance = study["chord_tolerance"]
+    points = mill_points(cams.cams, tolerance, SPACING)
+    return write_files(cams, points, folder, tolerance, SPACING, study["decimals"])

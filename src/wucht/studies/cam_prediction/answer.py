@@ -84,7 +84,10 @@ def _state_shaft(a: Answer, purity: Purity, name: str, one: ShaftPrediction, pow
     orders = shaft.speed.without_rounding(_ORDER_TOLERANCE).amplitudes.tolist()
     a.number("speed_orders", orders, f"amplitudes of the speed, {cam}", "rad/s")
     a.number("mean_power", powers[name]["mean"], f"mean power of the drive, {cam}", "W", headline=True)
-    eigenmotion = None if one.eigenmotion is None else asdict(one.eigenmotion)
+    eigenmotion: dict[str, float | None] | None = None
+    if one.eigenmotion is not None:
+        eigenmotion = {"mean_speed": shaft.mean, "period": 2 * math.pi / shaft.mean, "energy": one.energy}
+        eigenmotion["fluctuation"] = one.eigenmotion.fluctuation
     a.number("eigenmotion", eigenmotion, "motion at this mean speed without drive and loads", parts=_EIGENMOTION)
     residual = f"{_orders_text(purity)} {_share_text(one.deviation.orders)} of order {purity.reference}"
     a.line(name, f"{{mean_speed}}, fluctuating by {_share_text(shaft.fluctuation)}; {residual}")

@@ -21,7 +21,7 @@ from wucht.cams.elasticity import Twists, Vibrations, twists, vibrations
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.motion_law import MotionLaw
 from wucht.dynamics.work import Work
-from wucht.errors import InputError
+from wucht.errors import InputError, RunError
 from wucht.schema import SI, si
 from wucht.studies.answer import Answer
 from wucht.studies.cam_answers import state_law
@@ -198,9 +198,11 @@ def _cut_residuals(camshaft: DrivenCamshaft, count: int, work: Work) -> tuple[np
     residuals, cam = list[float](), camshaft.law
     for n in range(count):
         work.report(n / count, f"cut and measured: cam {n + 1}")
-        one = work.unit(f"cam {n + 1}", partial(camshaft.cut_trial, cam))
-        if one.shaft is None:
-            return np.array(residuals), f"with cam {n + 1}, cut for the speed measured with the one before: {one.failure}"
-        residuals.append(one.residual)
-        cam = CorrectedLaw(camshaft.law, one.shaft)
+        measure = partial(camshaft.shaft.residual_with_cam, cam, camshaft.purity)
+        try:
+            residual, shaft = work.unit(f"cam {n + 1}", measure)
+        except RunError as error:
+            return np.array(residuals), f"with cam {n + 1}, cut for the speed measured with the one before: {error}"
+        residuals.append(residual)
+        cam = CorrectedLaw(camshaft.law, shaft)
     return np.array(residuals), ""
