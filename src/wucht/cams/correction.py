@@ -241,6 +241,11 @@ def left_out_orders(fit: OrderFit | None, law: Law, count: int | None, shaft: Sh
     return tuple(one for one in left_out if one.share > _NOTHING)
 
 
+def residual_of_all(left_out: Iterable[LeftOut]) -> float:
+    """Return the residual of all orders of the record that are not corrected: about the root of the sum of squares."""
+    return math.hypot(*(one.share for one in left_out))
+
+
 def residual_of_errors(fit: OrderFit, residuals: Iterable[Residual]) -> float:
     """Return the residual due to the standard errors of a record's orders.
 

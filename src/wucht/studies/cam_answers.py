@@ -45,16 +45,14 @@ def state_motion(a: Answer, name: str, derivatives: Iterable[Any], what: str, un
         )
 
 
-def state_cam_curves(
-    a: Answer, names: Sequence[str], rows: Callable[[Callable[[CamCurves], np.ndarray]], np.ndarray], over: str
-) -> None:
+def state_cam_curves(a: Answer, names: Sequence[str], cams: Sequence[CamCurves], over: str, *sizes: int) -> None:
     """State curves of cams, in the plane that turns with them.
 
-    names: of these variables. rows: the array of one curve of all cams, given what gets it of a cam. over: its dimensions.
+    names: of these variables. over: their dimensions, and sizes: those of the array of each.
     """
     for name in names:
         what, unit, get_curve = _CURVES[name]
-        a.curve(name, rows(get_curve), what, unit, over)
+        a.curve(name, np.array([get_curve(curves) for curves in cams]).reshape(sizes), what, unit, over)
 
 
 def state_rollers(a: Answer, cams: Iterable[Cam]) -> None:

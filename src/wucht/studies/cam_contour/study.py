@@ -19,6 +19,7 @@ from wucht.cams.laws import Law
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.shape import Shape, shapes
 from wucht.cams.sizing.size_limits import CamLimits, Size, SizedCam
+from wucht.cams.tables.contact_table import Contact
 from wucht.cams.workshop.points import SPACING, rounding_warning
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
@@ -26,7 +27,6 @@ from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
 from wucht.studies.cam_answers import state_cam_curves, state_motion
 from wucht.studies.cam_contour import answer
-from wucht.studies.cam_contour.contact_load import Contact
 from wucht.studies.cam_contour.export import write_workshop
 from wucht.studies.cam_contour.figure import draw_contour
 from wucht.studies.cam_workshop import file_lines, mill_points
@@ -172,7 +172,7 @@ class CamContour(Study):
         curves = [CamCurves.of(cam, angles) for cam in cams.cams.values()]
         a.curve("cam", list(cams.cams), "cam")
         a.curve("cam_angle", angles, "cam angle", "rad")
-        state_cam_curves(a, _CURVES, lambda get_curve: np.array([get_curve(one) for one in curves]), "cam cam_angle")
+        state_cam_curves(a, _CURVES, curves, "cam cam_angle", len(curves), len(angles))
         work.report(0.3, "points to mill")
         points = mill_points(cams.cams, self.chord_tolerance, self.spacing) if is_whole else {}
         for name, of_cam in points.items():

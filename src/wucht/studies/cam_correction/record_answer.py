@@ -8,7 +8,7 @@ from dataclasses import asdict
 
 import numpy as np
 
-from wucht.cams.correction import LeftOut
+from wucht.cams.correction import LeftOut, residual_of_all
 from wucht.cams.drive import CamDrive
 from wucht.cams.measured_acceleration import MeasuredAcceleration
 from wucht.cams.shaft_motion import ShaftMotion
@@ -72,11 +72,6 @@ def state_record(a: Answer, drive: CamDrive, left_out: Sequence[LeftOut], from_e
         if one.order not in _WARNED_ORDERS and one.amplitude > max(_ERRORS * one.error, _MATTERS * fit.speed.mean):
             percentage = 100 * (one.amplitude / fit.speed.mean)
             a.warn(f"Order {one.order} is left out, but the record holds {percentage:.2f} % of the speed in it.")
-
-
-def residual_of_all(left_out: Sequence[LeftOut]) -> float:
-    """Return the residual of all orders of the record that are not corrected: about the root of the sum of squares."""
-    return math.hypot(*(one.share for one in left_out))
 
 
 def state_speed_orders(a: Answer, shaft: ShaftMotion, fit: OrderFit | None) -> None:

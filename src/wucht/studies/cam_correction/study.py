@@ -23,18 +23,19 @@ from wucht.cams.correction import (
 from wucht.cams.drive import CamDrive
 from wucht.cams.drive_cams import DriveCams
 from wucht.cams.measured_acceleration import MeasuredAcceleration
+from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.shape import CAM_LABELS
+from wucht.cams.tables.acceleration_record import MOST_ORDERS, Acceleration, Count
 from wucht.cams.workshop.heading import CAM_VERSIONS
+from wucht.cams.workshop.points import SPACING
 from wucht.dynamics.work import Work
-from wucht.numerics.fourier_series import even_angles
+from wucht.numerics.fourier_series import FourierSeries, even_angles
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
 from wucht.studies.cam_answers import state_motion
 from wucht.studies.cam_correction import answer, record_answer
-from wucht.studies.cam_correction.acceleration_record import MOST_ORDERS, Acceleration, Count
-from wucht.studies.cam_correction.export import write_corrected_cam
 from wucht.studies.cam_correction.figure import draw_correction
-from wucht.studies.cam_workshop import file_lines
+from wucht.studies.cam_workshop import check_points, drive_of, file_lines, mill_points, write_files
 from wucht.studies.key_types import Whole
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.study import Study
@@ -171,8 +172,17 @@ class CamCorrection(Study):
         return draw_correction(result)
 
     def export(self, result: xr.Dataset, folder: Path) -> list[str]:
-        """Write points to mill of the corrected cam, drawings and cam tables."""
-        return file_lines(write_corrected_cam(result, folder))
+        """Write points to mill of the corrected cam, drawings and cam tables; without a follower the tables alone.
+
+        Raises ``InputError`` (study.chord_tolerance), and ``RunError`` where a file does not read back as written.
+        """
+        speed = FourierSeries.of(result.wucht.summary["mean_speed"], result.speed_cosine.values, result.speed_sine.values)
+        cams, keys = DriveCams.of(drive_of(result), ShaftMotion(speed), True), result.wucht.question["study"]
+        for name, cam in cams.cams.items():
+            contour = result.sel(version=CAM_VERSIONS[True], cam=name)
+            check_points(cam, result.cam_angle.values, contour.contour_x.values + 1j * contour.contour_y.values)
+        points = mill_points(cams.cams, keys["chord_tolerance"], SPACING)
+        return file_lines(write_files(cams, points, folder, keys["chord_tolerance"], SPACING, keys["decimals"]))
 
 
 def _contours(work: Work, cams: DriveCams, original: DriveCams, angles: np.ndarray) -> dict[str, CheckedContour]:

@@ -161,14 +161,10 @@ def state_powers(
         a.line("drive", f"{demand}; saved {_power_text(saving['peak'])} and {_power_text(saving['mean_positive'])}")
 
 
-def state_cuts(a: Answer, purity: Purity, cuts: np.ndarray) -> None:
-    """State the residuals of cams cut by measurement, as variables."""
+def state_cuts(a: Answer, purity: Purity, cuts: np.ndarray) -> float | None:
+    """State the residuals of cams cut by measurement. Returns the ratio of the last two that exceed rounding."""
     a.curve("cut", np.arange(1, len(cuts) + 1), "number of the cam")
     a.curve("cut_residual", cuts, purity.name, "", "cut")
-
-
-def state_contraction(a: Answer, cuts: np.ndarray) -> float | None:
-    """State the same in the summary. Returns the ratio of the last two that exceed rounding."""
     a.number("cut_residuals", cuts.tolist(), "the same of cams cut by measurement, one after another")
     if len(cuts):
         residuals = ", ".join(_share_text(residual) for residual in cuts.tolist())

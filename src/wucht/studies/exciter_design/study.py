@@ -30,6 +30,7 @@ from wucht.dynamics.exciters.design_trials import (
 )
 from wucht.dynamics.exciters.neighbour_check import compare_designs, end_of_beating
 from wucht.dynamics.exciters.slow_beats import Rig
+from wucht.dynamics.exciters.target_spectrum import Target, read_target, target_spectrum
 from wucht.dynamics.run_ups.machine_signals import MachineSignal, machine_signal
 from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.dynamics.run_ups.run_up_models import slow_model
@@ -43,8 +44,8 @@ from wucht.machines.parts.base import Body
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
 from wucht.studies.exciter_design.answer import state_design
-from wucht.studies.exciter_design.design_target import MachineInFolder, Target, read_target, target_spectrum
 from wucht.studies.exciter_design.figure import figure
+from wucht.studies.exciter_design.machine_in_folder import MachineInFolder
 from wucht.studies.key_types import DEFAULT_TOLERANCE, Inertia, Start, Tolerance, Whole
 from wucht.studies.shared_keys import Vary
 from wucht.studies.study import AVERAGED_EQUATIONS, FULL_EQUATIONS, Study
@@ -73,7 +74,7 @@ class ExciterDesign(Study):
     kind = "exciter-design"
     solves = f"{AVERAGED_EQUATIONS} for the search, {FULL_EQUATIONS} for the best"
     from_start = True
-    subject = "wucht.studies.exciter_design.design_target:MACHINE_IN_FOLDER"
+    subject = "wucht.studies.exciter_design.machine_in_folder:MACHINE_IN_FOLDER"
     meaning = (*Study.meaning, "target", "vary", "signal")
     curves = (("share", "amplitude_full"),)
 
