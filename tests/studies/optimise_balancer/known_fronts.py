@@ -13,7 +13,6 @@ import xarray as xr
 from wucht import OptimiseBalancer
 from wucht.dynamics.balancers import balancer_candidate, balancer_search, candidates
 from wucht.dynamics.balancers.candidates import least_residual
-from wucht.dynamics.balancers.damping_optimum import DecayRates
 from wucht.dynamics.sampling.ensembles import MemberOutcomes
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.machines.machine import Machine
@@ -101,8 +100,8 @@ def ask_known(
         left = stands(machine)
         return None if left is None else SimpleNamespace(residual=left)
 
-    def decay_rates(_trials: Any, dampings: np.ndarray, _report: Any = None) -> DecayRates:
-        return DecayRates(np.full(len(dampings), np.nan), np.nan) if rates is None else rates(dampings)
+    def decay_rates(_trials: Any, dampings: np.ndarray, _report: Any = None) -> tuple[np.ndarray, float]:
+        return (np.full(len(dampings), np.nan), np.nan) if rates is None else rates(dampings)
 
     monkeypatch.setattr(candidates, "outcomes_of", ends if isinstance(ends, KnownRuns) else KnownRuns(ends))
     monkeypatch.setattr(balancer_candidate, "compensated_state", state)

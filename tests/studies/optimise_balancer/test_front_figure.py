@@ -10,7 +10,6 @@ import xarray as xr
 from known_fronts import CAUGHT, OPEN, OWN, Candidate, End, ask_known, x_of
 from matplotlib.axes import Axes
 
-from wucht.dynamics.balancers.damping_optimum import DecayRates
 from wucht.studies.runner import draw
 
 Patch = pytest.MonkeyPatch
@@ -112,8 +111,8 @@ def test_the_curve_shows_where_all_pass_and_when_small_deviations_have_decayed(m
         through = End(2 + candidate.x**2)
         return [(0.25, CAUGHT), (0.75, through)] if candidate.x < -0.5 else through
 
-    def rates(dampings: np.ndarray) -> DecayRates:
-        return DecayRates(np.where(dampings < 5e-3, 1e5 * dampings, -1.0), 2e-3)
+    def rates(dampings: np.ndarray) -> tuple[np.ndarray, float]:
+        return (np.where(dampings < 5e-3, 1e5 * dampings, -1.0), 2e-3)
 
     result = ask_known(monkeypatch, ends, rates=rates, damping_curve=True)
     axes = panels(result)[-1]

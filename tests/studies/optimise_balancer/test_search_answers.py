@@ -13,7 +13,6 @@ from tests.refusals import refused
 
 from interrupting import stop_at
 from wucht.dynamics.balancers.candidates import least_residual
-from wucht.dynamics.balancers.damping_optimum import DecayRates
 from wucht.dynamics.balancers.recommendation import motor_time
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.errors import InputError
@@ -419,8 +418,8 @@ def test_the_best_damping(best: float, captured: bool, of_rates: float, line: st
         through = End(2 + (candidate.x - best) ** 2)
         return [(0.25, CAUGHT), (0.75, through)] if captured and candidate.x > 2.5 else through
 
-    def rates(dampings: np.ndarray) -> DecayRates:
-        return DecayRates(2 * dampings, of_rates)
+    def rates(dampings: np.ndarray) -> tuple[np.ndarray, float]:
+        return (2 * dampings, of_rates)
 
     result = ask_known(monkeypatch, ends, rates=rates, damping_curve=True)
     dampings = result.damping.values
