@@ -17,7 +17,6 @@ from wucht.dynamics.balancers.candidates import (
     SETTLING,
     BalancerTrials,
     CandidateResults,
-    TrialSettings,
     evaluate_batch,
     evaluate_candidates,
     power_of_two,
@@ -45,9 +44,9 @@ def machine() -> Any:
 
 
 def trials(fresh: bool = False, ends: tuple[float, float] = (0.0, 24e-3)) -> BalancerTrials:
-    settings = TrialSettings(SAMPLES, 3, {"d": {"angle": 0.5}}, None, 1, 1e-6)
+    runs: Any = SAMPLES, 3, {"d": {"angle": 0.5}}, None, 1, 1e-6
     variable = Variable("mass", "mass", ("p.mass", "q.mass"), 0.01, 0.2, "kg", "mass")
-    return BalancerTrials(settings, machine(), (variable,), "d.unbalance", ends, True, fresh)
+    return BalancerTrials(machine(), (variable,), "d.unbalance", ends, True, *runs, fresh)
 
 
 PASSED, CAPTURED, OPEN = (OUTCOMES.index(o) for o in (Outcome.COMPENSATED, Outcome.CAPTURED, Outcome.UNIDENTIFIED))

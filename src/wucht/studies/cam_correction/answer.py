@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from wucht.cams.corrected_contours import CheckedContour, Proof
-from wucht.cams.correction import Deviation, LeftOut, MotionOverTime, Purity, Residual, residual_of_all
+from wucht.cams.correction import Deviation, LeftOut, MotionOverTime, Purity, residual_of_all
 from wucht.cams.drive import CamDrive
 from wucht.cams.drive_cams import DriveCams
 from wucht.cams.dwells import dwells_of, position_error
@@ -182,17 +182,20 @@ def state_purity(
         a.sentence += f"; but orders of the record that are not corrected leave about {omitted_share:.2g}"
 
 
-def state_residuals(a: Answer, residuals: Sequence[Residual]) -> None:
+def state_residuals(a: Answer, residuals: Mapping[str, float]) -> None:
     """State the residuals under deviating conditions; the orders left out in one line."""
-    rows = [{"what": r.condition, "share": r.share} for r in residuals]
+    shares = {condition: share for condition, share in residuals.items() if condition != "as measured"}
+    a.curve("residual", list(shares), "deviation from the assumptions of the cam")
+    a.curve("share", list(shares.values()), "residual as a share", "", "residual")
+    rows = [{"what": condition, "share": share} for condition, share in shares.items()]
     a.number("residuals", rows, "residuals", parts={"what": ("deviation that causes it", ""), "share": ("share", "")})
-    orders = [r for r in residuals if r.condition.startswith("order ")]
-    for r in residuals:
-        if r not in orders:
-            a.line("left if", f"{percent_text(r.share):>7}  {r.condition}")
-    largest_orders = sorted(orders, key=lambda r: -r.share)[:_MOST]
+    orders = [condition for condition in shares if condition.startswith("order ")]
+    for condition, share in shares.items():
+        if condition not in orders:
+            a.line("left if", f"{percent_text(share):>7}  {condition}")
+    largest_orders = sorted(orders, key=lambda condition: -shares[condition])[:_MOST]
     if orders:
-        order_shares = ", ".join(f"{percent_text(r.share)} ({r.condition.split()[1]})" for r in largest_orders)
+        order_shares = ", ".join(f"{percent_text(shares[one])} ({one.split()[1]})" for one in largest_orders)
         a.line("left if", f"an order of the speed is left out: {order_shares}")
 
 

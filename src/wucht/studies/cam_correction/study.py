@@ -113,9 +113,7 @@ class CamCorrection(Study):
         motions = [MotionOverTime(cams.law, shaft) for cams in cam_pair]
         spectra = [orders(motion) for motion in motions]
         tau, angles = np.linspace(0, 2 * np.pi, TIMES), even_angles(self.points)
-        of_conditions = work.unit(
-            "what is left", lambda: tuple(r for r in residuals(law, purity.count, shaft) if r.condition != "as measured")
-        )
+        of_conditions = work.unit("what is left", partial(residuals, law, purity.count, shaft))
         left_out = work.unit("orders left out", lambda: left_out_orders(fit, law, purity.count, shaft))
         after = _contours(work.part("corrected", 0.1, 0.5), corrected, original, angles)
         before = _contours(work.part("original", 0.5, 0.8), original, original, angles)
@@ -139,8 +137,6 @@ class CamCorrection(Study):
         a.curve("output_over_time", [motion(tau) for motion in motions], "motion of the output", unit, "version tau")
         accelerations = [shaft.mean**2 * motion(tau, 2) for motion in motions]
         a.curve("acceleration", accelerations, "acceleration of the output", f"{unit}/s^2", "version tau")
-        a.curve("residual", [r.condition for r in of_conditions], "deviation from the assumptions of the cam")
-        a.curve("share", [r.share for r in of_conditions], "residual as a share", "", "residual")
         record_answer.state_record(a, drive, left_out, None if fit is None else residual_of_errors(fit, of_conditions))
         if measurement is not None and self.acceleration is not None:
             record_answer.warn_of_measurement(a, measurement, self.acceleration.cam, shaft)
