@@ -52,9 +52,9 @@ class DriveTorque(sp.Function):  # type: ignore[misc]
 PrintedEquations = tuple[list[Equation], list[Equation]]  # equations, and the definitions that they use, in printed symbols
 
 
-def equation_lines(printed: PrintedEquations, latex: bool) -> tuple[list[str], list[str]]:
+def equation_lines(equation_set: PrintedEquations, latex: bool) -> tuple[list[str], list[str]]:
     """Return both as lines; in LaTeX an equation of several lines is one text."""
-    equations, definitions = printed
+    equations, definitions = equation_set
     if latex:
         short, factors = short_terms([*equations, *definitions])
         equations, definitions = short[: len(equations)], [*short[len(equations) :], *factors]

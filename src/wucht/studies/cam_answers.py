@@ -45,14 +45,14 @@ def state_motion(a: Answer, name: str, derivatives: Iterable[Any], what: str, un
         )
 
 
-def state_cam_curves(a: Answer, names: Sequence[str], cams: Sequence[CamCurves], over: str, *sizes: int) -> None:
+def state_cam_curves(a: Answer, cams: Sequence[CamCurves], over: str, *sizes: int, has_pitch: bool = True) -> None:
     """State curves of cams, in the plane that turns with them.
 
-    names: of these variables. over: their dimensions, and sizes: those of the array of each.
+    over: the dimensions of these variables, and sizes: those of the array of each. has_pitch: with the pitch curves.
     """
-    for name in names:
-        what, unit, get_curve = _CURVES[name]
-        a.curve(name, np.array([get_curve(curves) for curves in cams]).reshape(sizes), what, unit, over)
+    for name, (what, unit, get_curve) in _CURVES.items():
+        if has_pitch or not name.startswith("pitch_"):
+            a.curve(name, np.array([get_curve(curves) for curves in cams]).reshape(sizes), what, unit, over)
 
 
 def state_rollers(a: Answer, cams: Iterable[Cam]) -> None:
@@ -64,6 +64,11 @@ def state_rollers(a: Answer, cams: Iterable[Cam]) -> None:
 def state_common_pressure_angle(a: Answer, follower_unit: str) -> None:
     """State the pressure angle that a follower commonly has, which turns (rad) or slides (m)."""
     a.curve("common_pressure_angle", COMMON[follower_unit], "usual upper limit of the pressure angle", "rad", "")
+
+
+def pad_orders(values: np.ndarray, count: int) -> np.ndarray:
+    """Return values (N,) of orders cut to a count, or filled up with what is not a number."""
+    return np.append(values[:count], np.full(max(0, count - len(values)), np.nan))
 
 
 def length_text(length: float | None) -> str:

@@ -38,10 +38,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-_CURVES = (
-    "contour_x", "contour_y", "pitch_x", "pitch_y", "normal_x", "normal_y", "curvature", "uncut", "pressure_angle",
-)  # fmt: skip
-
 Prepared = tuple[DriveCams, dict[str, Shape], ContactLoad | None, SizedCam | RunError | None]
 
 
@@ -172,7 +168,7 @@ class CamContour(Study):
         curves = [CamCurves.of(cam, angles) for cam in cams.cams.values()]
         a.curve("cam", list(cams.cams), "cam")
         a.curve("cam_angle", angles, "cam angle", "rad")
-        state_cam_curves(a, _CURVES, curves, "cam cam_angle", len(curves), len(angles))
+        state_cam_curves(a, curves, "cam cam_angle", len(curves), len(angles))
         work.report(0.3, "points to mill")
         points = mill_points(cams.cams, self.chord_tolerance, self.spacing) if is_whole else {}
         for name, of_cam in points.items():

@@ -22,11 +22,12 @@ from wucht.studies.answer import Answer
 from wucht.studies.cam_answers import (
     angle_text,
     length_text,
+    pad_orders,
     state_cam_curves,
     state_common_pressure_angle,
     state_rollers,
 )
-from wucht.studies.cam_correction.record_answer import pad_orders, percent_text
+from wucht.studies.cam_correction.record_answer import percent_text
 
 _CLEAN = 1e-12  # of order 1: exact but for rounding
 _CLEAN_SHARE = 1e-9  # from the points
@@ -34,7 +35,6 @@ _LEFT_OUT = 0.01  # share of order 1, from orders of the speed that are left out
 _MOST = 6  # orders listed at most
 _ROUNDING = 1e-9  # of the stroke: a distance from the law that is none
 _VERSION_KEYS = dict(zip(CAM_VERSIONS, ("before", "after"), strict=True))
-_CURVES = ("contour_x", "contour_y", "normal_x", "normal_y", "curvature", "pressure_angle", "uncut")
 
 
 def state_shaft(a: Answer, shaft: ShaftMotion, tau: np.ndarray) -> None:
@@ -211,7 +211,8 @@ def state_contours(
     """State the contours of both versions, their sizes, and what to check of them."""
     contours, cams = [*before.values(), *after.values()], corrected.cams
     sizes = len(CAM_VERSIONS), len(cams)
-    state_cam_curves(a, _CURVES, [one.curves for one in contours], "version cam cam_angle", *sizes, point_count)
+    curves = [one.curves for one in contours]
+    state_cam_curves(a, curves, "version cam cam_angle", *sizes, point_count, has_pitch=False)
     distance = np.array([contour.displacement for contour in after.values()]).reshape(len(cams), point_count)
     a.curve("moved", distance, "corrected contour, outwards", "m", "cam cam_angle")
     for name, what, get_size in _SIZES:

@@ -40,17 +40,6 @@ _ROW = 1.8  # inches
 _MOST_TICKS = 15
 
 
-def _draw_contours(axes: list[Axes], result: xr.Dataset) -> None:
-    """Draw four panels: contours, their difference, pressure angle (of a flat face the motion), radius of curvature."""
-    _contour(axes[0], result)
-    _displacement(axes[1], result)
-    if np.isfinite(result.roller_radius.values).any():
-        _pressure(axes[2], result)
-    else:
-        _draw_table(axes[2], result, "output", "motion")
-    _curvature_radius(axes[3], result)
-
-
 def _draw_table(axis: Axes, result: xr.Dataset, name: str, title: str, per: str = "") -> None:
     """Draw the motion of the output over the cam angle, or a derivative of it."""
     scale, unit = travel_unit(result.output)
@@ -72,13 +61,9 @@ def _colour(name: str, version: str) -> str:
     return _COLOURS.get(name, str(CAM_LOOKS[version]["color"]))
 
 
-def _cam_names(result: xr.Dataset) -> list[str]:
-    return list(map(str, result.cam.values))
-
-
 def _distinct_cams(result: xr.Dataset) -> list[str]:
     """Return the names of the cams, with one flank of a groove, since both flanks move together."""
-    return [name for name in _cam_names(result) if name != "outer"]
+    return [name for name in result.cam.values.tolist() if name != "outer"]
 
 
 def _contour(axis: Axes, result: xr.Dataset) -> None:
@@ -88,7 +73,7 @@ def _contour(axis: Axes, result: xr.Dataset) -> None:
         of = result.sel(version=version, cam=name)
         return 1e3 * of.contour_x.values[closed_indices], 1e3 * of.contour_y.values[closed_indices]
 
-    for name in _cam_names(result):
+    for name in result.cam.values.tolist():
         _versions(axis, [name], contour)
         if name != "cam":
             axis.plot([], [], color=_COLOURS[name], linewidth=1.1, label=CAM_NAMES[name])
@@ -121,6 +106,10 @@ def _displacement(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _pressure(axis: Axes, result: xr.Dataset) -> None:
+    """Draw the pressure angle; of a flat face, which has none, the motion."""
+    if not np.isfinite(result.roller_radius.values).any():
+        _draw_table(axis, result, "output", "motion")
+        return
     degrees, angles = np.degrees(result.cam_angle.values), np.degrees(result.pressure_angle)
     _versions(axis, _distinct_cams(result), lambda name, version: (degrees, angles.sel(version=version, cam=name).values))
     common = np.degrees(float(result.common_pressure_angle))
@@ -133,7 +122,7 @@ def _pressure(axis: Axes, result: xr.Dataset) -> None:
 def _curvature_radius(axis: Axes, result: xr.Dataset) -> None:
     """Draw the radius of curvature of the contour, except where it is nearly straight."""
     degrees, radii = np.degrees(result.cam_angle.values), radii_of_curvature(result)[0]
-    _versions(axis, _cam_names(result), lambda name, version: (degrees, radii.sel(version=version, cam=name).values))
+    _versions(axis, result.cam.values.tolist(), lambda name, version: (degrees, radii.sel(version=version, cam=name).values))
     axis.axhline(0, color=GREY, linewidth=0.8)
     if (radii < 0).any():
         axis.text(355, 0, "hollow", ha="right", va="top", fontsize=small(), color=GREY)
@@ -148,7 +137,8 @@ def draw_correction(result: xr.Dataset) -> Figure:
     for panel, axis in zip((_acceleration_history, _spectrum, _speed, _speed_orders), axes, strict=False):
         panel(axis, result)
     if cams:
-        _draw_contours(axes[4:8], result)
+        for panel, axis in zip((_contour, _displacement, _pressure, _curvature_radius), axes[4:8], strict=True):
+            panel(axis, result)
     else:
         _draw_table(axes[4], result, "output", "motion")
         _draw_table(axes[5], result, "output_acceleration", "acceleration", "/rad²")

@@ -11,15 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from wucht.cams.corrected_contours import CheckedContour, Proof
-from wucht.cams.correction import (
-    MotionOverTime,
-    Purity,
-    last_order_above,
-    left_out_orders,
-    orders,
-    residual_of_errors,
-    residuals,
-)
+from wucht.cams.correction import MotionOverTime, Purity, last_order_above, left_out_orders, orders, residuals
 from wucht.cams.drive import CamDrive
 from wucht.cams.drive_cams import DriveCams
 from wucht.cams.measured_acceleration import MeasuredAcceleration
@@ -137,9 +129,9 @@ class CamCorrection(Study):
         a.curve("output_over_time", [motion(tau) for motion in motions], "motion of the output", unit, "version tau")
         accelerations = [shaft.mean**2 * motion(tau, 2) for motion in motions]
         a.curve("acceleration", accelerations, "acceleration of the output", f"{unit}/s^2", "version tau")
-        record_answer.state_record(a, drive, left_out, None if fit is None else residual_of_errors(fit, of_conditions))
-        if measurement is not None and self.acceleration is not None:
-            record_answer.warn_of_measurement(a, measurement, self.acceleration.cam, shaft)
+        record_answer.state_record(a, drive, left_out, of_conditions)
+        cam = "" if self.acceleration is None else self.acceleration.cam
+        record_answer.warn_of_measurement(a, measurement, cam, shaft)
         follower_unit = unit if drive.closure is None else "rad"
         for name, laws, of in (
             ("output", [cams.law for cams in cam_pair], unit),
@@ -149,8 +141,7 @@ class CamCorrection(Study):
             state_motion(a, name, derivatives, f"motion of the {name}", of, "version cam_angle")
         answer.state_orders(a, spectra, shaft, unit, shown_count, max(examined_count, purity.count or 0, last_order))
         deviations = [purity.deviation(motion) for motion in motions]
-        stroke = float(np.ptp(law(angles)))
-        answer.state_positions(a, drive, motions, accelerations, deviations, stroke)
+        answer.state_positions(a, drive, motions, accelerations, deviations, float(np.ptp(law(angles))))
         shares = answer.state_proofs(
             a, purity, proofs, shaft.mean**2, unit, shown_count, examined_count, self.points, self.decimals
         )
@@ -158,9 +149,7 @@ class CamCorrection(Study):
         answer.state_residuals(a, of_conditions)
         record_answer.state_speed_orders(a, shaft, fit)
         answer.state_contours(a, corrected, before, after, follower_unit, self.points, self.chord_tolerance)
-        record_answer.state_measurement(
-            a, measurement, "" if self.acceleration is None else self.acceleration.cam, shaft, tau, unit, shown_count
-        )
+        record_answer.state_measurement(a, measurement, cam, shaft, tau, unit, shown_count)
         yield a
 
     def draw(self, result: xr.Dataset) -> Figure:
@@ -168,10 +157,7 @@ class CamCorrection(Study):
         return draw_correction(result)
 
     def export(self, result: xr.Dataset, folder: Path) -> list[str]:
-        """Write points to mill of the corrected cam, drawings and cam tables; without a follower the tables alone.
-
-        Raises ``InputError`` (study.chord_tolerance), and ``RunError`` where a file does not read back as written.
-        """
+        """Write points to mill of the corrected cam, drawings and cam tables; without a follower the tables alone."""
         speed = FourierSeries.of(result.wucht.summary["mean_speed"], result.speed_cosine.values, result.speed_sine.values)
         cams, keys = DriveCams.of(drive_of(result), ShaftMotion(speed), True), result.wucht.question["study"]
         for name, cam in cams.cams.items():

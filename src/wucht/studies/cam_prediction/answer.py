@@ -16,6 +16,7 @@ from wucht.cams.elasticity import Twists, Vibrations
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.numerics.fourier_series import even_angles
 from wucht.studies.answer import Answer
+from wucht.studies.cam_answers import pad_orders
 
 _ORDER_TOLERANCE = 1e-12  # of the mean speed: smaller orders are not corrected by a cam
 _FLOOR = 1e-9  # residuals below are rounding
@@ -188,10 +189,8 @@ def state_simulation(
     if not confirmations:
         a.number("simulation", None, what)
         return
-    tau, amplitudes = even_angles(_SIMULATED_TIMES), np.full((len(confirmations), shown_count), np.nan)
-    for row, one, prediction in zip(amplitudes, confirmations, predictions.values(), strict=True):
-        spectrum = prediction.shaft.mean**2 * one.acceleration.amplitudes[:shown_count]
-        row[: len(spectrum)] = spectrum
+    tau, pairs = even_angles(_SIMULATED_TIMES), zip(confirmations, predictions.values(), strict=True)
+    amplitudes = [pad_orders(of.shaft.mean**2 * one.acceleration.amplitudes, shown_count) for one, of in pairs]
     residuals = [simulated_residual(purity, one) for one in confirmations]
     speeds = [one.speed(tau) if not one.failure else np.full(_SIMULATED_TIMES, np.nan) for one in confirmations]
     a.curve("simulated_tau", tau, "time of the last turn simulated as an angle", "rad")
