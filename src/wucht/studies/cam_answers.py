@@ -16,7 +16,7 @@ from wucht.plots.cam_drawings import LAW_NAMES, PER_ANGLE
 from wucht.studies.answer import Answer
 
 _DECIMALS = 9  # of lengths in mm: smaller differences are rounding
-_CURVES: Mapping[str, tuple[str, str, Callable[[CamCurves], np.ndarray]]] = {
+CURVES: Mapping[str, tuple[str, str, Callable[[CamCurves], np.ndarray]]] = {
     "contour_x": ("contour, x", "m", lambda curves: curves.contour.real),
     "contour_y": ("contour, y", "m", lambda curves: curves.contour.imag),
     "pitch_x": ("pitch curve, x", "m", lambda curves: curves.pitch.real),
@@ -45,14 +45,14 @@ def state_motion(a: Answer, name: str, derivatives: Iterable[Any], what: str, un
         )
 
 
-def state_cam_curves(a: Answer, cams: Sequence[CamCurves], over: str, *sizes: int, has_pitch: bool = True) -> None:
+def state_cam_curves(a: Answer, names: Sequence[str], cams: Sequence[CamCurves], over: str, *sizes: int) -> None:
     """State curves of cams, in the plane that turns with them.
 
-    over: the dimensions of these variables, and sizes: those of the array of each. has_pitch: with the pitch curves.
+    names: of these variables. over: their dimensions, and sizes: those of the array of each.
     """
-    for name, (what, unit, get_curve) in _CURVES.items():
-        if has_pitch or not name.startswith("pitch_"):
-            a.curve(name, np.array([get_curve(curves) for curves in cams]).reshape(sizes), what, unit, over)
+    for name in names:
+        what, unit, get_curve = CURVES[name]
+        a.curve(name, np.array([get_curve(curves) for curves in cams]).reshape(sizes), what, unit, over)
 
 
 def state_rollers(a: Answer, cams: Iterable[Cam]) -> None:

@@ -25,7 +25,7 @@ from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
-from wucht.studies.cam_answers import state_cam_curves, state_motion
+from wucht.studies.cam_answers import CURVES, state_cam_curves, state_motion
 from wucht.studies.cam_contour import answer
 from wucht.studies.cam_contour.export import write_workshop
 from wucht.studies.cam_contour.figure import draw_contour
@@ -168,7 +168,7 @@ class CamContour(Study):
         curves = [CamCurves.of(cam, angles) for cam in cams.cams.values()]
         a.curve("cam", list(cams.cams), "cam")
         a.curve("cam_angle", angles, "cam angle", "rad")
-        state_cam_curves(a, curves, "cam cam_angle", len(curves), len(angles))
+        state_cam_curves(a, list(CURVES), curves, "cam cam_angle", len(curves), len(angles))
         work.report(0.3, "points to mill")
         points = mill_points(cams.cams, self.chord_tolerance, self.spacing) if is_whole else {}
         for name, of_cam in points.items():

@@ -34,6 +34,7 @@ _CLEAN_SHARE = 1e-9  # from the points
 _LEFT_OUT = 0.01  # share of order 1, from orders of the speed that are left out
 _MOST = 6  # orders listed at most
 _ROUNDING = 1e-9  # of the stroke: a distance from the law that is none
+_CURVES = ("contour_x", "contour_y", "normal_x", "normal_y", "curvature", "pressure_angle", "uncut")
 _VERSION_KEYS = dict(zip(CAM_VERSIONS, ("before", "after"), strict=True))
 
 
@@ -182,11 +183,8 @@ def state_purity(
         a.sentence += f"; but orders of the record that are not corrected leave about {omitted_share:.2g}"
 
 
-def state_residuals(a: Answer, residuals: Mapping[str, float]) -> None:
+def state_residuals(a: Answer, shares: Mapping[str, float]) -> None:
     """State the residuals under deviating conditions; the orders left out in one line."""
-    shares = {condition: share for condition, share in residuals.items() if condition != "as measured"}
-    a.curve("residual", list(shares), "deviation from the assumptions of the cam")
-    a.curve("share", list(shares.values()), "residual as a share", "", "residual")
     rows = [{"what": condition, "share": share} for condition, share in shares.items()]
     a.number("residuals", rows, "residuals", parts={"what": ("deviation that causes it", ""), "share": ("share", "")})
     orders = [condition for condition in shares if condition.startswith("order ")]
@@ -211,8 +209,7 @@ def state_contours(
     """State the contours of both versions, their sizes, and what to check of them."""
     contours, cams = [*before.values(), *after.values()], corrected.cams
     sizes = len(CAM_VERSIONS), len(cams)
-    curves = [one.curves for one in contours]
-    state_cam_curves(a, curves, "version cam cam_angle", *sizes, point_count, has_pitch=False)
+    state_cam_curves(a, _CURVES, [one.curves for one in contours], "version cam cam_angle", *sizes, point_count)
     distance = np.array([contour.displacement for contour in after.values()]).reshape(len(cams), point_count)
     a.curve("moved", distance, "corrected contour, outwards", "m", "cam cam_angle")
     for name, what, get_size in _SIZES:

@@ -105,7 +105,8 @@ class CamCorrection(Study):
         motions = [MotionOverTime(cams.law, shaft) for cams in cam_pair]
         spectra = [orders(motion) for motion in motions]
         tau, angles = np.linspace(0, 2 * np.pi, TIMES), even_angles(self.points)
-        of_conditions = work.unit("what is left", partial(residuals, law, purity.count, shaft))
+        shares = work.unit("what is left", partial(residuals, law, purity.count, shaft))
+        of_conditions = {condition: share for condition, share in shares.items() if condition != "as measured"}
         left_out = work.unit("orders left out", lambda: left_out_orders(fit, law, purity.count, shaft))
         after = _contours(work.part("corrected", 0.1, 0.5), corrected, original, angles)
         before = _contours(work.part("original", 0.5, 0.8), original, original, angles)
@@ -129,6 +130,8 @@ class CamCorrection(Study):
         a.curve("output_over_time", [motion(tau) for motion in motions], "motion of the output", unit, "version tau")
         accelerations = [shaft.mean**2 * motion(tau, 2) for motion in motions]
         a.curve("acceleration", accelerations, "acceleration of the output", f"{unit}/s^2", "version tau")
+        a.curve("residual", list(of_conditions), "deviation from the assumptions of the cam")
+        a.curve("share", list(of_conditions.values()), "residual as a share", "", "residual")
         record_answer.state_record(a, drive, left_out, of_conditions)
         cam = "" if self.acceleration is None else self.acceleration.cam
         record_answer.warn_of_measurement(a, measurement, cam, shaft)
@@ -142,10 +145,10 @@ class CamCorrection(Study):
         answer.state_orders(a, spectra, shaft, unit, shown_count, max(examined_count, purity.count or 0, last_order))
         deviations = [purity.deviation(motion) for motion in motions]
         answer.state_positions(a, drive, motions, accelerations, deviations, float(np.ptp(law(angles))))
-        shares = answer.state_proofs(
+        proof_shares = answer.state_proofs(
             a, purity, proofs, shaft.mean**2, unit, shown_count, examined_count, self.points, self.decimals
         )
-        answer.state_purity(a, purity, deviations, shares, left_out, self.points)
+        answer.state_purity(a, purity, deviations, proof_shares, left_out, self.points)
         answer.state_residuals(a, of_conditions)
         record_answer.state_speed_orders(a, shaft, fit)
         answer.state_contours(a, corrected, before, after, follower_unit, self.points, self.chord_tolerance)

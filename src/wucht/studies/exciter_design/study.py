@@ -25,7 +25,6 @@ from wucht.dynamics.exciters.design_trials import (
     Candidates,
     CheckedCandidate,
     DesignTrials,
-    LocalOptimum,
     spectrum_distances,
 )
 from wucht.dynamics.exciters.neighbour_check import compare_designs, end_of_beating
@@ -174,16 +173,16 @@ class ExciterDesign(Study):
         for generation in search_generations(trials, nominal, target, reach, self.population, count, self.seed, part):
             search.append(generation)
             yield Answer(units, partial(state, search=tuple(search)))
-        state, optima = partial(state, search=tuple(search)), list[LocalOptimum]()
+        state, optima = partial(state, search=tuple(search)), list[tuple[np.ndarray, float]]()
         best, part = best_apart(trials, [*reach, *search], self.candidates), work.part("polish", _SEARCH, _POLISH)
         for k, numbers in enumerate(best):
             here = part.part("", k / len(best), (k + 1) / len(best))
             optima.append(local_optimum(trials, numbers, target, self.polish, f"{k}", here))
             yield Answer(units, partial(state, optima=tuple(optima)))
         state, runs, part = partial(state, optima=tuple(optima)), list[CheckedCandidate](), work.part("full", _POLISH, _FULL)
-        for k, optimum in enumerate(optima):
+        for k, (numbers, _) in enumerate(optima):
             here = part.part("", k / len(best), (k + 1) / len(best))
-            runs.append(full_run(trials, optimum.numbers, target, self.beats, f"{k}", here))
+            runs.append(full_run(trials, numbers, target, self.beats, f"{k}", here))
             yield Answer(units, partial(state, runs=tuple(runs)))
         part = work.part("correction", _FULL, _CORRECTION)
         for corrected_run in corrected_runs(trials, target, runs, self.corrections, self.polish, self.beats, part):
