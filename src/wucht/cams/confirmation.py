@@ -57,10 +57,8 @@ def confirmation(
     begin = [float(prediction.angle(0.0)), float(prediction.speed(0.0))]
     low, high = prediction.speed.bounds
     torque = _tabulated_torque(camshaft.torque or _no_torque, _ABOUT[0] * low, _ABOUT[1] * high)
-    slope, tolerance = (
-        _slope(camshaft, _tabulated_cam(cam, prediction), torque),
-        {"rtol": _TOLERANCE, "atol": _TOLERANCE * omega},
-    )
+    slope = _slope(camshaft, _tabulated_cam(cam, prediction), torque)
+    tolerance = {"rtol": _TOLERANCE, "atol": _TOLERANCE * omega}
     solver = DOP853(slope, 0.0, begin, tau[-1] / omega, max_step=_LONGEST * _TURN / omega, **tolerance)
     solution, sample_count, steps, no_orders = np.empty((2, len(tau))), 0, 0, FourierSeries.of(0.0)
     while solver.status == "running":

@@ -48,9 +48,8 @@ def contact_history(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarr
     if "counter" in cams:
         forces = conjugate_forces(cams["cam"], cams["counter"], contact.load, contact.speed, phi, contact.share)
     else:
-        forces = (
-            _groove_contact(contact, cams["cam"], phi) if "outer" in cams else _single_cam_contact(contact, cams["cam"], phi)
-        )
+        contact_of = _groove_contact if "outer" in cams else _single_cam_contact
+        forces = contact_of(contact, cams["cam"], phi)
     force, torque, lift_off, least_preload = forces
     pressure = dict[str, np.ndarray]()
     if contact.width is not None:

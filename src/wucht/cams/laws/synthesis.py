@@ -333,4 +333,4 @@ def single_relaxations(count: int, restrictions: Sequence[Restriction]) -> tuple
             relaxations.append((restriction, synthesise(count, alone).widening))
         except (InfeasibleError, RunError):
             continue
-    return tuple(sorted(relaxations, key=lambda one: one[1] / (one[0].size or one[1] or 1.0)))
+    return tuple(sorted(relaxations, key=lambda way: way[1] / (way[0].size or way[1] or 1.0)))

@@ -84,7 +84,7 @@ def write_cam_files(
 
     files = [write_points(f"{name}.txt", f"contour of the {cam_name}", cam.contour, points, cam)]
     # Of an edge, a roller of the radius 0, the pitch curve is the contour.
-    pitch = None if cam.outer or not cam.roller_radius or cam.pitch_curve is None else cam.pitch_curve
+    pitch = None if cam.outer or not cam.roller_radius else cam.pitch_curve
     if pitch is not None and cam.roller_radius is not None:
         pitch_points = chord_points(pitch, tolerance, spacing)
         content = f"pitch curve of the {cam_name}, roller radius {1e3 * cam.roller_radius:.12g} mm"

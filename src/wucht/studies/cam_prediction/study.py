@@ -183,11 +183,17 @@ def _cut_residuals(camshaft: DrivenCamshaft, count: int, work: Work) -> tuple[np
     residuals, cam = list[float](), camshaft.law
     for n in range(count):
         work.report(n / count, f"cut and measured: cam {n + 1}")
-        measure = partial(camshaft.shaft.residual_with_cam, cam, camshaft.purity)
-        try:
-            residual, shaft = work.unit(f"cam {n + 1}", measure)
-        except RunError as error:
-            return np.array(residuals), f"with cam {n + 1}, cut for the speed measured with the one before: {error}"
-        residuals.append(residual)
-        cam = CorrectedLaw(camshaft.law, shaft)
+        outcome = work.unit(f"cam {n + 1}", partial(_cut_trial, camshaft, cam))
+        if isinstance(outcome, str):
+            return np.array(residuals), f"with cam {n + 1}, cut for the speed measured with the one before: {outcome}"
+        residuals.append(outcome[0])
+        cam = CorrectedLaw(camshaft.law, outcome[1])
     return np.array(residuals), ""
+
+
+def _cut_trial(camshaft: DrivenCamshaft, cam: Law) -> tuple[float, ShaftMotion] | str:
+    """Return what a cam leaves and the motion of the shaft that is measured with it, or why there is no such motion."""
+    try:
+        return camshaft.shaft.residual_with_cam(cam, camshaft.purity)
+    except RunError as error:
+        return str(error)
