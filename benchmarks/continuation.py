@@ -101,7 +101,7 @@ def _of_equilibria(
     system: System, values: Mapping[str, float], equations: EquilibriumEquations, both: EquilibriumEquations
 ) -> Iterator[tuple[str, str]]:
     problem = EquilibriumContinuation(equations, (0.05, 20.0))
-    states = deflated_solutions(equations, [1.0], random_starts([-math.pi, 0.4], [math.pi, 2.0], 60)).points
+    states = deflated_solutions(equations, [1.0], random_starts([-math.pi, 0.4], [math.pi, 2.0], 60))
     start = problem.start(states[:, states[1].argmin()], 1.0)
     taken, branch = least(lambda: problem.follow_branch(start), 100)
     (fold,) = branch.special

@@ -15,7 +15,7 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 
 from wucht.cams.correction import CorrectedLaw, MotionOverTime, orders, share_above_order
-from wucht.cams.milled_cam import MilledCam
+from wucht.cams.milled_cam import milled_motion
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.workshop.lists import read_list
 from wucht.files.catalogue import load_machine
@@ -158,9 +158,10 @@ def test_from_a_motion_task_and_a_record_to_the_points_to_mill(tmp_path: Path) -
     fitted = drive.shaft_motion.speed
     assert fitted.cosine == pytest.approx(module.COSINE, abs=0.01)
     assert fitted.sine == pytest.approx(module.SINE, abs=0.01)
-    milled = MilledCam(read_list(tmp_path / "mill" / "cam.txt").position, drive.follower)
+    milled = read_list(tmp_path / "mill" / "cam.txt").position
     phi = truth.angle(even_angles(1024))
-    motion = FourierSeries.from_samples(milled.motion(phi, CorrectedLaw(drive.motion_law.function, drive.shaft_motion)(phi)))
+    law = CorrectedLaw(drive.motion_law.function, drive.shaft_motion)
+    motion = FourierSeries.from_samples(milled_motion(milled, drive.follower, phi, law(phi)))
     acceleration = motion.derivative(2).amplitudes
     assert acceleration[5:30].max() < 5e-3 * acceleration[0]
     assert share_above_order(orders(MotionOverTime(drive.motion_law.function, truth)), 5) > 0.5

@@ -52,25 +52,25 @@ def plain(machine: Machine) -> list[Equation]:
 )
 def test_with_the_formula_of_its_drive_each_equation_is_that_of_the_machine(name: str) -> None:
     machine = load_machine(name)
-    printed, whole = full_equations(machine, latex=False), plain(machine)
-    definitions = dict(printed.definitions)
+    (equations, torques), whole = full_equations(machine, latex=False), plain(machine)
+    definitions = dict(torques)
     numbers = numbers_of([side for e in (*whole, *definitions.items()) for side in e])
-    assert any(right.has(DriveTorque) for _, right in printed.equations)
+    assert any(right.has(DriveTorque) for _, right in equations)
     assert not any(side.has(DriveTorque) for e in whole for side in e)
-    for (left, right), (left_whole, right_whole) in zip(printed.equations[: len(whole)], whole, strict=True):
+    for (left, right), (left_whole, right_whole) in zip(equations[: len(whole)], whole, strict=True):
         assert left == left_whole
         assert value(right, definitions, numbers) == pytest.approx(value(right_whole, {}, numbers), rel=1e-12, abs=1e-12)
 
 
 def test_the_rate_of_a_controller_has_the_torque_as_a_symbol() -> None:
-    left, right = full_equations(load_machine("practice/fan-on-inverter"), latex=False).equations[-1]
+    left, right = full_equations(load_machine("practice/fan-on-inverter"), latex=False)[0][-1]
     assert equation_text((left, right), latex=False) == "tau_drive' = (-tau_drive + T_drive(phi', tau_drive))/T_i"
 
 
 def test_a_slope_of_a_torque_has_a_prime() -> None:
     """Equations of second order have the slope of the motor's characteristic, too."""
-    printed = slow_equations(load_machine("drozdetskaya-2020/r1"), inertia=False, order=2, latex=True)
-    text = "\n".join(equation_text(e, latex=True) for e in printed.definitions)
+    _, definitions = slow_equations(load_machine("drozdetskaya-2020/r1"), inertia=False, order=2, latex=True)
+    text = "\n".join(equation_text(e, latex=True) for e in definitions)
     assert r"T_{\mathrm{drive}}'\left(\omega" in text
 
 
@@ -78,8 +78,8 @@ def test_a_slope_of_a_torque_has_a_prime() -> None:
 def test_short_terms_are_the_same_equations(name: str) -> None:
     """In numbers; and no term is longer than a line."""
     machine = load_machine(name)
-    long = full_equations(machine, latex=True)
-    equations = [*long.equations, *long.definitions]
+    long, definitions = full_equations(machine, latex=True)
+    equations = [*long, *definitions]
     shortened, factors = short_terms(equations)
     definitions = dict(factors)
     assert definitions
@@ -105,7 +105,7 @@ def test_a_long_equation_is_broken_between_its_terms() -> None:
 
 def test_a_step_has_no_slope_in_print() -> None:
     """The derivative of a contact is zero on both sides of its jump: it is not printed."""
-    for equation in full_equations(load_machine("practice/grinder-2-balls"), latex=False).equations:
+    for equation in full_equations(load_machine("practice/grinder-2-balls"), latex=False)[0]:
         assert not any(f.args[1].name.endswith("'") for side in equation for f in side.atoms(PiecewiseCubic))
 
 

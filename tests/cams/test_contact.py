@@ -192,7 +192,9 @@ def test_units_of_time_and_length():
     assert there.torque == pytest.approx(1e3 * base.torque)
 
 
-PAIR = conjugate_cams(ANGLE, OUT, OscillatingRoller(pivot=0.11, arm=0.08, roller_radius=0.012, angle=math.radians(122)))
+CAM, COUNTER = PAIR = conjugate_cams(
+    ANGLE, OUT, OscillatingRoller(pivot=0.11, arm=0.08, roller_radius=0.012, angle=math.radians(122))
+)
 
 
 @pytest.mark.parametrize("share", [0.3, 0.5])
@@ -200,9 +202,9 @@ PAIR = conjugate_cams(ANGLE, OUT, OscillatingRoller(pivot=0.11, arm=0.08, roller
 def test_conjugate_forces_are_those_of_two_springs_that_only_press(share, preload):
     """Contacts of stiffness share and 1 - share, squeezed at rest: where the lever's torque is in balance."""
     load = FollowerLoad(0.4, 30.0, preload, 0.2, 3.0)
-    found = conjugate_forces(PAIR, load, OMEGA, PHI, share)
-    needed = contact_forces(PAIR.cam, FollowerLoad(0.4, 30.0, 0.0, 0.2, 3.0), OMEGA, PHI).effort
-    arms = np.abs(PAIR.cam.grip(PHI)), np.abs(PAIR.counter.grip(PHI))
+    force, *_ = conjugate_forces(*PAIR, load, OMEGA, PHI, share)
+    needed = contact_forces(CAM, FollowerLoad(0.4, 30.0, 0.0, 0.2, 3.0), OMEGA, PHI).effort
+    arms = np.abs(CAM.grip(PHI)), np.abs(COUNTER.grip(PHI))
 
     def out(x):
         return max(0.0, preload + share * x)
@@ -212,42 +214,42 @@ def test_conjugate_forces_are_those_of_two_springs_that_only_press(share, preloa
 
     for k in range(0, len(PHI), 60):
         x = brentq(lambda x, k=k: out(x) - back(x) - needed[k], -1e5, 1e5, xtol=1e-10)
-        assert found.cam[k] * arms[0][k] == pytest.approx(out(x), abs=1e-6)
-        assert found.counter[k] * arms[1][k] == pytest.approx(back(x), abs=1e-6)
+        assert force["cam"][k] * arms[0][k] == pytest.approx(out(x), abs=1e-6)
+        assert force["counter"][k] * arms[1][k] == pytest.approx(back(x), abs=1e-6)
 
 
 @pytest.mark.parametrize("clockwise", [False, True])
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
 def test_both_contours_together_take_the_shafts_torque(share, clockwise):
     """The moments of both contact forces about the shaft, whatever the preload."""
-    pair = conjugate_cams(ANGLE, OUT, PAIR.counter.follower, clockwise)
-    found = conjugate_forces(pair, FollowerLoad(0.4, 30.0, 7.0, 0.2, 3.0), OMEGA, PHI, share)
+    pair = conjugate_cams(ANGLE, OUT, COUNTER.follower, clockwise)
+    forces, torque, *_ = conjugate_forces(*pair, FollowerLoad(0.4, 30.0, 7.0, 0.2, 3.0), OMEGA, PHI, share)
     moments = [
         (cam.contour(PHI).conj() * force * cam.normal(PHI)).imag * (-1 if clockwise else 1)
-        for cam, force in ((pair.cam, found.cam), (pair.counter, found.counter))
+        for cam, force in zip(pair, forces.values(), strict=True)
     ]
-    assert found.torque == pytest.approx(moments[0] + moments[1], abs=1e-9 * np.abs(found.torque).max())
-    assert min(found.cam.min(), found.counter.min()) >= 0
+    assert torque == pytest.approx(moments[0] + moments[1], abs=1e-9 * np.abs(torque).max())
+    assert min(force.min() for force in forces.values()) >= 0
 
 
 @pytest.mark.parametrize("share", [0.3, 0.5, 1.0])
 def test_the_preload_that_keeps_both_cams_in_contact(share):
     def forces(preload):
-        return conjugate_forces(PAIR, FollowerLoad(0.4, 30.0, preload, 0.2, 3.0), OMEGA, PHI, share)
+        return conjugate_forces(*PAIR, FollowerLoad(0.4, 30.0, preload, 0.2, 3.0), OMEGA, PHI, share)
 
-    needed = forces(0.0).least_preload
-    above, below = forces(1.0001 * needed), forces(0.9999 * needed)
-    assert (above.cam_off, above.counter_off) == ((), ())
-    assert len(below.cam_off) + len(below.counter_off) == 1
-    assert above.least_preload == below.least_preload == pytest.approx(needed, rel=1e-12)
-    assert min(above.cam.min(), above.counter.min()) > 0
+    *_, needed = forces(0.0)
+    (force, _, off, least), (_, _, off_below, least_below) = forces(1.0001 * needed), forces(0.9999 * needed)
+    assert off == {"cam": (), "counter": ()}
+    assert sum(map(len, off_below.values())) == 1
+    assert least == least_below == pytest.approx(needed, rel=1e-12)
+    assert min(of_cam.min() for of_cam in force.values()) > 0
 
 
 def test_without_preload_one_of_the_two_cams_carries():
-    found = conjugate_forces(PAIR, FollowerLoad(0.4), 50.0, PHI)
-    assert ((found.cam == 0) != (found.counter == 0)).mean() > 0.99
-    for arcs, force in ((found.cam_off, found.cam), (found.counter_off, found.counter)):
-        off = np.any([np.mod(PHI - b, TURN) < e - b for b, e in arcs], axis=0)
+    forces, _, lift_off, _ = conjugate_forces(*PAIR, FollowerLoad(0.4), 50.0, PHI)
+    assert ((forces["cam"] == 0) != (forces["counter"] == 0)).mean() > 0.99
+    for name, force in forces.items():
+        off = np.any([np.mod(PHI - b, TURN) < e - b for b, e in lift_off[name]], axis=0)
         assert (off == (force == 0)).mean() > 0.99
 
 
@@ -324,8 +326,8 @@ def test_a_lever_in_line_with_the_cam_cannot_be_driven():
             refused("speed", "nowhere negative", given=None, code="negative"),
         ),
         (lambda: contact_forces(*CAMS["rod"], np.ones(2), PHI), refused("speed", "3", given=None, code="shape")),
-        (lambda: conjugate_forces(PAIR, LEVER_LOAD, 1.0, PHI, 1.1), refused("share", given=1.1)),
-        (lambda: conjugate_forces(PAIR, FollowerLoad(1.0, preload=-1.0), 1.0, PHI), refused("preload", given=-1.0)),
+        (lambda: conjugate_forces(*PAIR, LEVER_LOAD, 1.0, PHI, 1.1), refused("share", given=1.1)),
+        (lambda: conjugate_forces(*PAIR, FollowerLoad(1.0, preload=-1.0), 1.0, PHI), refused("preload", given=-1.0)),
         (lambda: hertz_pressure(PHI, 0.0, PHI, 1.0, (STEEL, STEEL)), refused("width", "m", given=0.0)),
     ],
 )

@@ -12,7 +12,6 @@ from wucht.cams.correction import (
     LeftOut,
     MotionOverTime,
     Purity,
-    Residual,
     compare_with_measurement,
     left_out_orders,
     orders,
@@ -74,7 +73,7 @@ def test_each_is_the_inverse_of_the_other():
 
 def test_what_is_left_where_the_shaft_turns_otherwise():
     """To first order what is left is proportional to what is wrong: five degrees leave five times as much as one."""
-    found = {r.condition: r.share for r in residuals(LAW, 5, shaft())}
+    found = residuals(LAW, 5, shaft())
     assert found.pop("as measured") < 1e-13
     one, five = (found.pop(f"the phase of the speed, or the cam on its shaft, off by {d}°") for d in (1, 5))
     assert five == pytest.approx(5 * one, rel=0.05)
@@ -89,7 +88,7 @@ def test_what_is_left_where_the_shaft_turns_otherwise():
 
 @pytest.mark.parametrize("degrees", [1, -1, 5, -5])
 def test_a_phase_that_is_off_either_way_leaves_no_more_than_is_said(degrees):
-    said = {r.condition: r.share for r in residuals(LAW, 5, shaft())}
+    said = residuals(LAW, 5, shaft())
     one = said[f"the phase of the speed, or the cam on its shaft, off by {abs(degrees)}°"]
     both = [
         share_above_order(orders(MotionOverTime(CorrectedLaw(LAW, shaft(), math.radians(d)), shaft())), 5)
@@ -101,21 +100,21 @@ def test_a_phase_that_is_off_either_way_leaves_no_more_than_is_said(degrees):
 
 def test_a_mean_speed_that_is_off_is_worse_below():
     """At 10 % less the fluctuation is 1/0.9 of what it was, at 10 % more 1/1.1."""
-    said = {r.condition: r.share for r in residuals(LAW, 5, shaft())}
+    said = residuals(LAW, 5, shaft())
     slower, faster = (
         share_above_order(orders(MotionOverTime(CorrectedLaw(LAW, shaft()), shaft(1 / by))), 5) for by in (0.9, 1.1)
     )
     assert slower > 1.2 * faster
     assert said["a mean speed off by 10 %, the fluctuation the same in rad/s"] == pytest.approx(slower, rel=1e-12)
     # 92 % of the speed, of order 1: at 10 % less it would turn back.
-    strong = [r.condition for r in residuals(LAW, 5, ShaftMotion(FourierSeries.of(OMEGA, [0.92 * OMEGA])))]
+    strong = residuals(LAW, 5, ShaftMotion(FourierSeries.of(OMEGA, [0.92 * OMEGA])))
     assert "a mean speed higher by 10 %, the fluctuation the same in rad/s" in strong
 
 
 def test_what_an_order_leaves_that_nobody_corrects_for():
     """As much as if it were known and left out, to the worst of its phases."""
     whole = shaft()
-    known = {r.condition: r.share for r in residuals(LAW, 5, whole)}
+    known = residuals(LAW, 5, whole)
     for j in (2, 3, 4, 5):
         more = residual_of_extra_order(LAW, 5, whole.without_order(j), j, float(whole.speed.amplitudes[j - 1]))
         assert 0.9 < more / known[f"order {j} left out of the correction"] < 1.3
@@ -129,7 +128,7 @@ def test_what_an_order_leaves_that_nobody_corrects_for():
 def test_an_order_left_out_leaves_what_it_would_have_made():
     """A shaft with nothing but that order, under a cam made for an even one."""
     of = ShaftMotion(FourierSeries.of(OMEGA, [0.01 * OMEGA]))
-    (left,) = [r.share for r in residuals(LAW, 5, of) if r.condition == "order 1 left out of the correction"]
+    left = residuals(LAW, 5, of)["order 1 left out of the correction"]
     assert left == pytest.approx(share_above_order(orders(MotionOverTime(LAW, of)), 5))
     assert 0.01 < left < 0.2
 
@@ -238,9 +237,9 @@ def fitted(*omitted):
 
 def test_the_residual_of_errors_is_the_root_of_squares():
     """That of an order times its error over its amplitude: 0.5 times 0.3/5 and 0.2 times 0.4/1."""
-    given = (Residual("order 2 left out", 0.5), Residual("order 4 left out", 0.2), Residual("off by 1°", 9.0))
+    given = {"order 2 left out": 0.5, "order 4 left out": 0.2, "off by 1°": 9.0}
     assert residual_of_errors(fitted(), given) == pytest.approx(math.hypot(0.5 * 0.3 / 5, 0.2 * 0.4))
-    assert residual_of_errors(fitted(), given[:1]) == pytest.approx(0.5 * 0.3 / 5)
+    assert residual_of_errors(fitted(), {"order 2 left out": 0.5}) == pytest.approx(0.5 * 0.3 / 5)
 
 
 def test_which_orders_of_a_record_are_examined():

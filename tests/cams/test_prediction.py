@@ -3,6 +3,7 @@
 import itertools
 import math
 import re
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,7 +17,7 @@ from tests.refusals import failed, refused
 from wucht.cams import prediction
 from wucht.cams.correction import CorrectedLaw, MotionOverTime, Purity, orders, share_above_order
 from wucht.cams.laws.synthesis import equiripple
-from wucht.cams.prediction import CamShaft, _newton, unresolved_share
+from wucht.cams.prediction import CamShaft, _newton, energy_balance, power_balance, unresolved_share
 from wucht.errors import InputError, RunError
 from wucht.numerics.fourier_series import FourierSeries, differentiation, even_angles
 
@@ -94,10 +95,10 @@ def test_the_jacobians_are_the_derivatives_of_what_is_off(kind):
     count, h = 32, 1e-5
     at, matrix = even_angles(count), differentiation(count)
     if kind == "energy":
-        balance = prediction._EnergyBalance(J0 + 0.5 * LAW(at, 1) ** 2, matrix, motor_and_fan)
+        balance = partial(energy_balance, J0 + 0.5 * LAW(at, 1) ** 2, matrix, motor_and_fan)
         x = 2500 * (1 + 0.1 * np.cos(2 * at))
     else:
-        balance = prediction._PowerBalance(J0, 0.5 * LAW(at, 1) ** 2, matrix, motor_and_fan)
+        balance = partial(power_balance, J0, 0.5 * LAW(at, 1) ** 2, matrix, motor_and_fan)
         x = OMEGA * (1 + 0.1 * np.cos(2 * at))
     step = h * x.max() * np.eye(count)
     found = np.array([(balance(x + d)[0] - balance(x - d)[0]) / (2 * h * x.max()) for d in step]).T

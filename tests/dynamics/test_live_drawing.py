@@ -13,7 +13,7 @@ import pytest
 from tests.typescript_jobs import run_jobs
 
 from wucht import Machine, load_machine
-from wucht.dynamics.live_drawing import LiveDrawing
+from wucht.dynamics.live_drawing import live_drawing
 from wucht.dynamics.live_machine import export_obstacles, machine_description, machine_script
 from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
 from wucht.files.catalogue import load_document, names
@@ -38,7 +38,7 @@ def machine_at_start(name: str) -> tuple[Machine, np.ndarray, dict[str, Any], st
     machine = load_machine(name)
     state = initial_state(machine, study.get("start", {}) if study.get("kind") == "run-up" else {})
     machine = machine_in_state(machine, state)
-    drawing = {"drawing": LiveDrawing.of(machine).data}
+    drawing = {"drawing": live_drawing(machine)[0]}
     return machine, state, machine_description(machine, state) | drawing, machine_script(machine, state)
 
 

@@ -16,7 +16,7 @@ from wucht.analysis.vibration import ForcedVibration
 from wucht.analysis.working_points import TorqueCurves
 from wucht.dynamics.live_machine import export_obstacles, machine_script
 from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
-from wucht.dynamics.torque_hills import TorqueHills, unavailability_reason
+from wucht.dynamics.torque_hills import torque_hills, unavailability_reason
 from wucht.errors import InputError
 from wucht.files.catalogue import load_document, names
 from wucht.machines.operation import free_speed
@@ -72,7 +72,7 @@ def check_torques(folder: Path, chosen: list[str]) -> int:
         script, state, data = (
             machine_script(machine, start),
             with_phases(machine, start, generator),
-            TorqueHills.of(machine).data,
+            torque_hills(machine)[0],
         )
         for k, rotor in enumerate(data["rotors"]):
             if rotor["is_driven"]:
@@ -116,7 +116,7 @@ def test_hills_are_there_where_the_study_has_its_balance() -> None:
             differing[name] = unavailability_reason(machine)
     assert differing == {}
     friction, _ = machine_at_start("practice/laundry-drum-friction")
-    assert TorqueHills.of(friction).data == {
+    assert torque_hills(friction)[0] == {
         "available": False,
         "reason": "the vibration torque is known for a linear carrier only: the dry friction of 'left' is not linear",
     }

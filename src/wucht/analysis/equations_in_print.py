@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import sympy as sp
 from sympy.core.symbol import Str
@@ -49,20 +49,16 @@ class DriveTorque(sp.Function):  # type: ignore[misc]
         return latex if exp is None else f"{{{latex}}}^{{{exp}}}"
 
 
-@dataclass(frozen=True)
-class PrintedEquations:
-    """Equations and the definitions that they use, in printed symbols."""
+PrintedEquations = tuple[list[Equation], list[Equation]]  # equations, and the definitions that they use, in printed symbols
 
-    equations: Sequence[Equation]
-    definitions: Sequence[Equation]
 
-    def lines(self, latex: bool) -> tuple[list[str], list[str]]:
-        """Return both as lines; in LaTeX an equation of several lines is one text."""
-        equations, definitions = list(self.equations), list(self.definitions)
-        if latex:
-            short, factors = short_terms([*equations, *definitions])
-            equations, definitions = short[: len(equations)], [*short[len(equations) :], *factors]
-        return [equation_text(e, latex) for e in equations], [equation_text(e, latex) for e in definitions]
+def equation_lines(equation_set: PrintedEquations, latex: bool) -> tuple[list[str], list[str]]:
+    """Return both as lines; in LaTeX an equation of several lines is one text."""
+    equations, definitions = equation_set
+    if latex:
+        short, factors = short_terms([*equations, *definitions])
+        equations, definitions = short[: len(equations)], [*short[len(equations) :], *factors]
+    return [equation_text(e, latex) for e in equations], [equation_text(e, latex) for e in definitions]
 
 
 def full_equations(machine: Machine, latex: bool) -> PrintedEquations:
@@ -83,7 +79,7 @@ def full_equations(machine: Machine, latex: bool) -> PrintedEquations:
     motion = equations_of_motion(apart.energies, apart.coordinates)
     rows = printed_equations(motion, apart.coordinates, notation, zero, latex, normalise=not machine.units.time)
     rates = printed_state_rates(apart.internal, apart.coordinates, notation, latex)
-    return PrintedEquations([*rows, *rates], _printed_torques(machine, torques, latex))
+    return [*rows, *rates], _printed_torques(machine, torques, latex)
 
 
 def slow_equations(machine: Machine, inertia: bool, order: int, latex: bool) -> PrintedEquations:
@@ -112,7 +108,7 @@ def slow_equations(machine: Machine, inertia: bool, order: int, latex: bool) -> 
     senses = {r.name: int(sense_of(machine, r)) for r in machine.rotors}
     system = averaged_equations_of(apart, inertia, order, turning=senses).averaged_system
     rows, definitions = printed_averaged_equations(system, notation_of(machine), zero_parameters(machine), latex)
-    return PrintedEquations(rows, [*definitions, *_printed_torques(machine, torques, latex)])
+    return rows, [*definitions, *_printed_torques(machine, torques, latex)]
 
 
 def zero_parameters(machine: Machine) -> list[sp.Symbol]:

@@ -17,6 +17,7 @@ import numpy as np
 from wucht.cams.laws import Law
 from wucht.cams.milled_cam import ContourFollower
 from wucht.cams.undercut import CutAway, RadiusAt
+from wucht.cams.workshop.closed_curve import CamCurve
 
 LengthFormat = Callable[[float], str]
 
@@ -75,7 +76,7 @@ class Cam(ABC):
         return 0.0
 
     @property
-    def pitch_curve(self) -> Callable[[np.ndarray, int], np.ndarray] | None:
+    def pitch_curve(self) -> CamCurve | None:
         """The path of the roller's centre round the cam, as ``contour``; None where there is no roller."""
         return None
 

@@ -56,8 +56,9 @@ def confirmation(
     omega, tau = prediction.mean, np.linspace(0, _TURN * turns, _PER_TURN * turns + 1)
     begin = [float(prediction.angle(0.0)), float(prediction.speed(0.0))]
     low, high = prediction.speed.bounds
-    torque = _TorqueTable.of(camshaft.torque or _no_torque, _ABOUT[0] * low, _ABOUT[1] * high)
-    slope, tolerance = _slope(camshaft, _Table.of(cam, prediction), torque), {"rtol": _TOLERANCE, "atol": _TOLERANCE * omega}
+    torque = _tabulated_torque(camshaft.torque or _no_torque, _ABOUT[0] * low, _ABOUT[1] * high)
+    slope = _slope(camshaft, _tabulated_cam(cam, prediction), torque)
+    tolerance = {"rtol": _TOLERANCE, "atol": _TOLERANCE * omega}
     solver = DOP853(slope, 0.0, begin, tau[-1] / omega, max_step=_LONGEST * _TURN / omega, **tolerance)
     solution, sample_count, steps, no_orders = np.empty((2, len(tau))), 0, 0, FourierSeries.of(0.0)
     while solver.status == "running":
@@ -103,72 +104,56 @@ def _no_torque(speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.zeros_like(speeds), np.zeros_like(speeds)
 
 
-@dataclass(frozen=True, eq=False)
-class _TorqueTable:
-    """Table of a torque by cubics between speeds: one torque by the formulas of a motor takes as long as a hundred of these.
+def _tabulated_torque(torque: Torque, low: float, high: float) -> Callable[[float], float]:
+    """Return a torque by cubics between speeds: one by the formulas of a motor takes as long as a hundred of these.
 
-    torque: used beyond the table. at: speeds (M + 1,). cubics: the coefficients of each after its speed (M, 4), the constant
-    first.
+    Intervals are halved where the torque at their middle is not that of the cubic. Beyond the table the torque itself is used.
     """
+    at = np.linspace(low, high, _INTERVALS + 1)
+    for _ in range(_HALVINGS):
+        cubics, middle = _cubics(torque, at), (at[:-1] + at[1:]) / 2
+        x = middle - at[:-1]
+        off = np.abs(((cubics[:, 3] * x + cubics[:, 2]) * x + cubics[:, 1]) * x + cubics[:, 0] - torque(middle)[0])
+        if not (rough := off > _TORQUE_ERROR * np.abs(cubics[:, 0]).max()).any():
+            break
+        at = np.sort(np.append(at, middle[rough]))
+    speeds, coefficients = at.tolist(), _cubics(torque, at).tolist()
 
-    torque: Torque
-    at: list[float]
-    cubics: list[list[float]]
+    def value(speed: float) -> float:
+        if not speeds[0] <= speed < speeds[-1]:
+            return float(torque(np.array([speed]))[0][0])
+        i = bisect_right(speeds, speed) - 1
+        x, (a, b, c, d) = speed - speeds[i], coefficients[i]
+        return float(a + x * (b + x * (c + x * d)))
 
-    @classmethod
-    def of(cls, torque: Torque, low: float, high: float) -> _TorqueTable:
-        """Build the table from torques and slopes; intervals are halved where the torque at their middle is not theirs."""
-        at = np.linspace(low, high, _INTERVALS + 1)
-        for _ in range(_HALVINGS):
-            cubics, middle = _cubics(torque, at), (at[:-1] + at[1:]) / 2
-            x = middle - at[:-1]
-            off = np.abs(((cubics[:, 3] * x + cubics[:, 2]) * x + cubics[:, 1]) * x + cubics[:, 0] - torque(middle)[0])
-            if not (rough := off > _TORQUE_ERROR * np.abs(cubics[:, 0]).max()).any():
-                break
-            at = np.sort(np.append(at, middle[rough]))
-        return cls(torque, at.tolist(), _cubics(torque, at).tolist())
-
-    def __call__(self, speed: float) -> float:
-        if not self.at[0] <= speed < self.at[-1]:
-            return float(self.torque(np.array([speed]))[0][0])
-        i = bisect_right(self.at, speed) - 1
-        x, (a, b, c, d) = speed - self.at[i], self.cubics[i]
-        return a + x * (b + x * (c + x * d))
+    return value
 
 
 def _cubics(torque: Torque, at: np.ndarray) -> np.ndarray:
-    """Return the coefficients (M, 4) of the cubics with the torques and slopes at speeds (M + 1,)."""
+    """Return the coefficients (M, 4) of the cubics with the torques and slopes at speeds (M + 1,), the constant first."""
     values, slopes = torque(at)
     h, (a, b), (a1, b1) = np.diff(at), (values[:-1], slopes[:-1]), (values[1:], slopes[1:])
     rise = (a1 - a) / h
     return np.stack([a, b, (3 * rise - 2 * b - b1) / h, (b + b1 - 2 * rise) / h**2], axis=1)
 
 
-@dataclass(frozen=True, eq=False)
-class _Table:
-    """Table of psi' of a cam by quintics between cam angles, and psi'' as their exact derivative, which conserves energy.
+def _tabulated_cam(cam: Law, prediction: ShaftMotion) -> Callable[[float], tuple[float, float]]:
+    """Return psi' of a cam by quintics between cam angles, and psi'' as their exact derivative, which conserves energy.
 
-    With a separate table of psi'' a shaft without a drive would gain or lose energy in each turn.
-
-    at: cam angles (M,), from 0. quintics: the coefficients of each after its angle (M, 6), the constant first.
+    With a separate table of psi'' a shaft without a drive would gain or lose energy in each turn. A quintic has psi', psi'' and
+    psi''' of the cam at the ends of its interval.
     """
+    angles = np.append(prediction.angle(even_angles(_TABLE)), _TURN)
+    values = [cam(angles, order) for order in (1, 2, 3)]
+    h, (p, q, r), (p1, q1, r1) = np.diff(angles), (f[:-1] for f in values), (f[1:] for f in values)
+    d, e, g = (p1 - p - q * h - r * h**2 / 2) / h**3, (q1 - q - r * h) / h**2, (r1 - r) / h
+    higher = [10 * d - 4 * e + g / 2, (-15 * d + 7 * e - g) / h, (6 * d - 3 * e + g / 2) / h**2]
+    at, quintics = angles[:-1].tolist(), np.stack([p, q, r / 2, *higher], axis=1).tolist()
 
-    at: list[float]
-    quintics: list[list[float]]
-
-    @classmethod
-    def of(cls, cam: Law, prediction: ShaftMotion) -> _Table:
-        """Build the table from psi', psi'' and psi''' at the ends of each interval."""
-        angles = np.append(prediction.angle(even_angles(_TABLE)), _TURN)
-        values = [cam(angles, order) for order in (1, 2, 3)]
-        h, (p, q, r), (p1, q1, r1) = np.diff(angles), (f[:-1] for f in values), (f[1:] for f in values)
-        d, e, g = (p1 - p - q * h - r * h**2 / 2) / h**3, (q1 - q - r * h) / h**2, (r1 - r) / h
-        higher = [10 * d - 4 * e + g / 2, (-15 * d + 7 * e - g) / h, (6 * d - 3 * e + g / 2) / h**2]
-        return cls(angles[:-1].tolist(), np.stack([p, q, r / 2, *higher], axis=1).tolist())
-
-    def __call__(self, phi: float) -> tuple[float, float]:
-        """Return psi' and psi''."""
+    def slopes(phi: float) -> tuple[float, float]:
         phi %= _TURN
-        i = bisect_right(self.at, phi) - 1
-        x, (a, b, c, d, e, f) = phi - self.at[i], self.quintics[i]
+        i = bisect_right(at, phi) - 1
+        x, (a, b, c, d, e, f) = phi - at[i], quintics[i]
         return a + x * (b + x * (c + x * (d + x * (e + x * f)))), b + x * (2 * c + x * (3 * d + x * (4 * e + x * 5 * f)))
+
+    return slopes

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.cams.cam import Cam
-from wucht.cams.followers.roller_cam import ConjugateCams
 from wucht.cams.laws import Law
 from wucht.cams.linkages.closure import LeverMotion
 from wucht.errors import InputError
@@ -24,6 +23,8 @@ from wucht.numerics.zeros_and_peaks import RealFunction
 
 _Function = Law | FourierSeries
 Speed = float | np.ndarray | Law | FourierSeries
+# Of each cam by its name: force (N,), in N, and arcs without contact; with torque (N,) on the camshaft, and least preload.
+CamForces = tuple[dict[str, np.ndarray], np.ndarray, dict[str, tuple[Arc, ...]], float]
 _DEAD = 1e-6  # of the largest grip: less is none
 
 
@@ -99,23 +100,6 @@ class ContactForces:
     least_preload: float
 
 
-@dataclass(frozen=True, eq=False)
-class ConjugateForces:
-    """Loads on the contours of two cams.
-
-    phi (N,) in rad. cam, counter (N,): the contact forces in N, none negative. torque (N,): on the camshaft in N m. cam_off,
-    counter_off: arcs in rad on which one of them does not touch. least_preload: the preload from which on there are none, N m.
-    """
-
-    phi: np.ndarray
-    cam: np.ndarray
-    counter: np.ndarray
-    torque: np.ndarray
-    cam_off: tuple[Arc, ...]
-    counter_off: tuple[Arc, ...]
-    least_preload: float
-
-
 @dataclass(frozen=True)
 class Material:
     """modulus: Young's, in Pa. poisson: Poisson's ratio. Raises ``InputError`` (modulus, poisson)."""
@@ -175,9 +159,11 @@ def contact_forces(cam: Cam, load: FollowerLoad, speed: Speed, phi: np.ndarray) 
 
 
 def conjugate_forces(
-    cams: ConjugateCams, load: FollowerLoad, speed: Speed, phi: np.ndarray, share: float = 0.5
-) -> ConjugateForces:
-    """The forces of both cams at angles phi (N,); ``load.preload`` is the torque with which they squeeze the lever at rest.
+    cam: Cam, counter: Cam, load: FollowerLoad, speed: Speed, phi: np.ndarray, share: float = 0.5
+) -> CamForces:
+    """The forces of two cams at angles phi (N,), none negative, whose levers are joined and move by one law.
+
+    ``load.preload`` is the torque with which they squeeze the lever at rest; from the least one on both touch everywhere.
 
     share: of the torque that drives the lever, the part added to the cam's load; the rest relieves the counter cam: its share
     in the stiffness of the two contacts, 1/2 where they are alike, 1 where the counter arm is pressed on by a soft spring. It
@@ -185,7 +171,7 @@ def conjugate_forces(
     """
     if not 0 <= share <= 1:
         raise InputError("share", share, "must lie between 0 and 1")
-    cam, counter, preload = cams.cam, cams.counter, load.preload
+    preload = load.preload
     if preload < 0:
         raise InputError("preload", preload, "two cams squeeze their lever: it must not be negative")
     sense, effort = _sense(cam), _required_effort(cam, load, speed)
@@ -202,9 +188,9 @@ def conjugate_forces(
     returning = np.where(second < 0, 0.0, np.where(first < 0, -need, second)) / np.abs(counter.grip(phi))
     torque = effort(phi) * cam.law(phi, 1)
     (at, least), (counter_at, counter_least) = valleys(cam_effort), valleys(counter_effort)
-    off, counter_off = arcs_below_zero(cam_effort, at), arcs_below_zero(counter_effort, counter_at)
+    lift_off = {"cam": arcs_below_zero(cam_effort, at), "counter": arcs_below_zero(counter_effort, counter_at)}
     least_preload = preload - min(float(least.min()), float(counter_least.min()))
-    return ConjugateForces(phi, driving, returning, torque, off, counter_off, max(least_preload, 0.0))
+    return {"cam": driving, "counter": returning}, torque, lift_off, max(least_preload, 0.0)
 
 
 def _required_effort(cam: Cam, load: FollowerLoad, speed: Speed) -> RealFunction:

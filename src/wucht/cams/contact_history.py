@@ -8,23 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.cams.cam import Cam
-from wucht.cams.contact import FollowerLoad, Material, Speed, conjugate_forces, contact_forces, contact_pressure
-from wucht.cams.followers.roller_cam import ConjugateCams
-from wucht.cams.shaft_motion import ShaftMotion
+from wucht.cams.contact import CamForces, FollowerLoad, Material, Speed, conjugate_forces, contact_forces, contact_pressure
 from wucht.numerics.angles import GRID, Arc
-
-
-@dataclass(frozen=True, eq=False)
-class SpeedOverAngle:
-    """Speed in rad/s of a shaft that does not turn evenly, over its angle, and its derivative."""
-
-    turning: ShaftMotion
-
-    def __call__(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
-        """Return the speed (order 0) or its derivative (order 1) at cam angles of any shape."""
-        tau = self.turning.time(phi)
-        first = self.turning.angle(tau, 1)
-        return np.asarray(self.turning.mean * (self.turning.angle(tau, 2) / first if order else first))
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +45,11 @@ class ContactHistory:
 
 def contact_history(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -> ContactHistory:
     """Return the contact at cam angles (N,). Raises ``InputError`` (preload, width, follower)."""
-    forces = (
-        _conjugate_contact(contact, cams, phi) or _groove_contact(contact, cams, phi) or _single_cam_contact(contact, cams, phi)
-    )
+    if "counter" in cams:
+        forces = conjugate_forces(cams["cam"], cams["counter"], contact.load, contact.speed, phi, contact.share)
+    else:
+        contact_of = _groove_contact if "outer" in cams else _single_cam_contact
+        forces = contact_of(contact, cams["cam"], phi)
     force, torque, lift_off, least_preload = forces
     pressure = dict[str, np.ndarray]()
     if contact.width is not None:
@@ -71,27 +58,18 @@ def contact_history(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarr
     return ContactHistory(phi, force, pressure, torque, lift_off, least_preload)
 
 
-_Forces = tuple[dict[str, np.ndarray], np.ndarray, dict[str, tuple[Arc, ...]], float]
-
-
-def _single_cam_contact(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -> _Forces:
-    solution = contact_forces(cams["cam"], contact.load, contact.speed, phi)
+def _single_cam_contact(contact: ContactLoad, cam: Cam, phi: np.ndarray) -> CamForces:
+    solution = contact_forces(cam, contact.load, contact.speed, phi)
     torque = np.where(solution.force > 0, solution.torque, 0.0)
     return {"cam": np.maximum(solution.force, 0.0)}, torque, {"cam": solution.lift_off}, solution.least_preload
 
 
-def _groove_contact(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -> _Forces | None:
+def _groove_contact(contact: ContactLoad, cam: Cam, phi: np.ndarray) -> CamForces:
     """Return the contact of a groove: where the inner flank would have to pull, the outer flank presses."""
-    if "outer" not in cams:
-        return None
-    solution = contact_forces(cams["cam"], contact.load, contact.speed, phi)
+    solution = contact_forces(cam, contact.load, contact.speed, phi)
     force = {"cam": np.maximum(solution.force, 0.0), "outer": np.maximum(-solution.force, 0.0)}
-    return (
-        force,
-        solution.torque,
-        {"cam": solution.lift_off, "outer": _remaining_arcs(solution.lift_off)},
-        solution.least_preload,
-    )
+    lift_off = {"cam": solution.lift_off, "outer": _remaining_arcs(solution.lift_off)}
+    return force, solution.torque, lift_off, solution.least_preload
 
 
 def _remaining_arcs(arcs: tuple[Arc, ...]) -> tuple[Arc, ...]:
@@ -102,15 +80,6 @@ def _remaining_arcs(arcs: tuple[Arc, ...]) -> tuple[Arc, ...]:
     nexts = [begin for begin, _ in arcs[1:]] + [arcs[0][0] + turn]
     gaps = [(end % turn, end % turn + after - end) for (_, end), after in zip(arcs, nexts, strict=True)]
     return tuple((float(begin), float(end)) for begin, end in gaps if end > begin)
-
-
-def _conjugate_contact(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarray) -> _Forces | None:
-    if "counter" not in cams:
-        return None
-    pair = ConjugateCams(cams["cam"], cams["counter"])  # type: ignore[arg-type]  # a counter cam has a roller, and its cam too
-    solution = conjugate_forces(pair, contact.load, contact.speed, phi, contact.share)
-    force = {"cam": solution.cam, "counter": solution.counter}
-    return force, solution.torque, {"cam": solution.cam_off, "counter": solution.counter_off}, solution.least_preload
 
 
 def dense_contact_history(contact: ContactLoad, cams: Mapping[str, Cam]) -> ContactHistory:

@@ -9,7 +9,7 @@ import numpy as np
 from wucht.cams.cam import Cam
 from wucht.cams.cam_curves import CamCurves
 from wucht.cams.drive_cams import DriveCams
-from wucht.cams.milled_cam import MilledCam
+from wucht.cams.milled_cam import milled_motion
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.shape import Shape, shapes
 from wucht.cams.workshop.closed_curve import CamCurve, curve_distances
@@ -38,12 +38,8 @@ class CheckedContour:
         """Return the contour. Raises ``InputError`` where a corrected cam is cut away; the original one may be."""
         curves, is_original = CamCurves.of(cam, angles), cam is original
         shape = shapes({name: cam}, allow_undercut=is_original)[name]
-        distance = np.zeros(len(angles)) if is_original else signed_distance(_curve(original), curves.contour, curves.normal)
-        return cls(curves, distance, chord_deviation(_curve(cam), angles), shape)
-
-
-def _curve(cam: Cam) -> CamCurve:
-    return lambda phi, order=0: cam.contour(np.asarray(phi), order)
+        distance = np.zeros(len(angles)) if is_original else signed_distance(original.contour, curves.contour, curves.normal)
+        return cls(curves, distance, chord_deviation(cam.contour, angles), shape)
 
 
 def signed_distance(curve: CamCurve, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
@@ -86,7 +82,7 @@ def _recovered_acceleration(cams: DriveCams, shaft: ShaftMotion, cam: Cam, point
     phi, closure = shaft.angle(even_angles(_RECOVERY_TIMES)), cams.drive.closure
     expected_motion = cams.follower_law(phi)
     first_guess = expected_motion + _SEARCH_OFFSET * float(np.ptp(expected_motion)) * np.cos(phi)
-    lever_motion = MilledCam(points, cam.follower, cam.clockwise).motion(phi, first_guess)
+    lever_motion = milled_motion(points, cam.follower, phi, first_guess, cam.clockwise)
     output = lever_motion if closure is None else closure.output_at(lever_motion)
     # Twice differentiated, the rounding of orders far above the examined ones would dominate.
     acceleration = FourierSeries.from_samples(output).derivative(2)

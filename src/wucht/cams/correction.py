@@ -7,7 +7,7 @@ cam angle; on any other the cam for it has the same motion over the angle that t
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -152,25 +152,18 @@ class Purity:
         return deviation.orders <= limit and deviation.position <= limit * self.stroke
 
 
-@dataclass(frozen=True)
-class Residual:
-    """Residual above order N, as a share of order 1, under a condition for which the cam was not made. condition: a phrase."""
-
-    condition: str
-    share: float
-
-
 _Cases = list[tuple[CorrectedLaw, ShaftMotion]]  # cams, and the shafts that turn them
 
 
-def residuals(law: Law, count: int | None, shaft: ShaftMotion) -> tuple[Residual, ...]:
+def residuals(law: Law, count: int | None, shaft: ShaftMotion) -> dict[str, float]:
     """Return how clean the motion of the corrected cam stays where its shaft turns differently from the assumed motion.
 
+    That is the residual above order N, as a share of order 1, by the condition for which the cam was not made, a phrase.
     count: N, the orders of the law, or None: see ``Purity``. Of deviations to either side the worse one counts. A speed that
     changes as a whole, all fluctuations with it, changes nothing. Conditions under which the shaft would turn back are omitted.
     """
     purity = Purity.from_law(law, count)
-    return tuple(Residual(condition, _worst(purity, cases)) for condition, cases in _conditions(law, shaft) if cases)
+    return {condition: _worst(purity, cases) for condition, cases in _conditions(law, shaft) if cases}
 
 
 def _worst(purity: Purity, cases: _Cases) -> float:
@@ -241,12 +234,17 @@ def left_out_orders(fit: OrderFit | None, law: Law, count: int | None, shaft: Sh
     return tuple(one for one in left_out if one.share > _NOTHING)
 
 
-def residual_of_errors(fit: OrderFit, residuals: Iterable[Residual]) -> float:
+def residual_of_all(left_out: Iterable[LeftOut]) -> float:
+    """Return the residual of all orders of the record that are not corrected: about the root of the sum of squares."""
+    return math.hypot(*(one.share for one in left_out))
+
+
+def residual_of_errors(fit: OrderFit, residuals: Mapping[str, float]) -> float:
     """Return the residual due to the standard errors of a record's orders.
 
     The residual of an order is proportional to it, and errors of different orders are independent: the root of the squares.
     """
-    shares = {int(r.condition.split()[1]): r.share for r in residuals if r.condition.startswith("order ")}
+    shares = {int(condition.split()[1]): share for condition, share in residuals.items() if condition.startswith("order ")}
     errors, amplitudes = zip(fit.orders, fit.amplitude_errors, strict=True), fit.speed.amplitudes
     return float(np.linalg.norm([shares[j] * error / amplitudes[j - 1] for j, error in errors if j in shares]))
 

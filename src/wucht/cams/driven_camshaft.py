@@ -18,23 +18,13 @@ from wucht.numerics.fourier_series import FourierSeries, even_angles
 _AVERAGE_POINTS = 4096  # points of a turn, for means
 
 
-@dataclass(frozen=True)
-class Eigenmotion:
-    """Motion of the shaft at a mean speed with neither drive nor loads: its energy in J is constant."""
-
-    mean_speed: float
-    period: float
-    energy: float
-    fluctuation: float
-
-
 @dataclass(frozen=True, eq=False)
 class ShaftPrediction:
     """Predicted motion of the shaft with a cam.
 
     acceleration: of the output by orders, per s^2. deviation: of the output from its law over time. multiplier: of a
     disturbance of the energy over a turn: below 1 the motion is stable. drive (points + 1): torque of the drive over tau.
-    eigenmotion: at the same mean speed, None where there is none.
+    eigenmotion: at the same mean speed with neither drive nor loads, None where there is none. energy: of it in J, constant.
     """
 
     shaft: ShaftMotion
@@ -42,17 +32,8 @@ class ShaftPrediction:
     deviation: Deviation
     multiplier: float
     drive: np.ndarray
-    eigenmotion: Eigenmotion | None
-
-
-@dataclass(frozen=True, eq=False)
-class CutTrial:
-    """Residual with a cam, see ``Purity.share``, and the motion of the shaft that is measured with it; where none is obtained,
-    the failure."""
-
-    residual: float = math.nan
-    shaft: ShaftMotion | None = None
-    failure: str = ""
+    eigenmotion: ShaftMotion | None
+    energy: float | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,17 +67,18 @@ class DrivenCamshaft:
         acceleration = FourierSeries(0.0, omega**2 * spectrum.cosine, omega**2 * spectrum.sine)
         multiplier, torque = self.energy_multiplier(cam, shaft), self.drive_torque(cam, shaft, tau)
         eigenmotion = self._eigenmotion(shaft, is_corrected)
-        return ShaftPrediction(shaft, acceleration, self.purity.deviation(motion), multiplier, torque, eigenmotion)
+        return ShaftPrediction(shaft, acceleration, self.purity.deviation(motion), multiplier, torque, *eigenmotion)
 
-    def _eigenmotion(self, shaft: ShaftMotion, is_corrected: bool) -> Eigenmotion | None:
-        omega, free = shaft.mean, self.shaft.without_torque(shaft.mean)
+    def _eigenmotion(self, shaft: ShaftMotion, is_corrected: bool) -> tuple[ShaftMotion | None, float | None]:
+        """Return the motion at the same mean speed with neither drive nor loads, and its energy, where there is one."""
+        free = self.shaft.without_torque(shaft.mean)
         try:
             solve = free.motion_with_corrected_cam if is_corrected else free.motion_with_cam
             motion = shaft if self.driving is None else solve(self.law)
         except RunError:
-            return None
+            return None, None
         cam = CorrectedLaw(self.law, motion) if is_corrected else self.law
-        return Eigenmotion(omega, 2 * math.pi / omega, free.energy(cam, motion), motion.fluctuation)
+        return motion, free.energy(cam, motion)
 
     def energy_multiplier(self, cam: Law, shaft: ShaftMotion) -> float:
         """Return exp of the integral of dT/dphi'/J over the time of a turn: the Floquet multiplier of dE/dphi = T(phi')."""
@@ -122,10 +104,3 @@ class DrivenCamshaft:
         output = self.shaft.output_inertia * omega**3 * self.law(angles, 1) * self.law(angles, 2)
         load = 0.0 if self.driving is None else omega * float(self.driving.torques(np.array([omega]))[0][1][0])
         return np.append(output, output[0]) + load
-
-    def cut_trial(self, cam: Law) -> CutTrial:
-        """Return what a cam leaves, and the motion that would be measured with it."""
-        try:
-            return CutTrial(*self.shaft.residual_with_cam(cam, self.purity))
-        except RunError as error:
-            return CutTrial(failure=str(error))

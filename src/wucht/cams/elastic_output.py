@@ -86,17 +86,9 @@ class Dwell:
         return largest_on_arc(self.begin, self.last - self.begin, mean, waves)
 
 
-@dataclass(frozen=True)
-class ResidualVibration:
-    """Largest values in the dwells. deviation: of the output from its rest position, in its unit. acceleration: per s^2."""
-
-    deviation: float
-    acceleration: float
-
-
 @dataclass(frozen=True, eq=False)
 class VibrationOverSpeed:
-    """speeds: rad/s (M,). deviation, acceleration: see ``ResidualVibration`` (M,).
+    """speeds: rad/s (M,). deviation, acceleration: see ``ElasticOutput.residual`` (M,).
 
     orders, resonances: the orders k of the lever that meet the natural frequency within these speeds, and at which,
     omega_0/k in rad/s (R,).
@@ -186,10 +178,13 @@ class ElasticOutput:
             raise InputError("law", None, requirement, code="near-resonance" if near else "above-resonance")
         return _multiplied_series(law, law.mean, inverse)
 
-    def residual(self, lever: FourierSeries, omega: float, dwells: Sequence[Dwell]) -> ResidualVibration:
-        """Return the residual vibration in the dwells, exactly. Raises as ``steady``, and without a dwell."""
-        maxima = self._dwell_vibration(lever, np.array([omega]), dwells)
-        return ResidualVibration(*(float(maximum[0]) for maximum in maxima))
+    def residual(self, lever: FourierSeries, omega: float, dwells: Sequence[Dwell]) -> tuple[float, float]:
+        """Return the residual vibration, exactly: the largest values in the dwells. Raises as ``steady``, and without a dwell.
+
+        They are the deviation of the output from its rest position, in its unit, and its acceleration, per s^2.
+        """
+        deviation, acceleration = self._dwell_vibration(lever, np.array([omega]), dwells)
+        return float(deviation[0]), float(acceleration[0])
 
     def residual_over_speed(self, lever: FourierSeries, speeds: np.ndarray, dwells: Sequence[Dwell]) -> VibrationOverSpeed:
         """Return the residual vibration at each mean speed in rad/s (M,), of one lever. Raises as ``residual``."""
@@ -263,22 +258,7 @@ def _waves(series: FourierSeries) -> np.ndarray:
     return np.asarray(series.cosine - 1j * series.sine)
 
 
-@dataclass(frozen=True, eq=False)
-class TruncatedLaw:
-    """The orders of a law up to a number.
-
-    omitted_amplitude: the sum of the amplitudes above, a bound of the deviation; omitted_acceleration: likewise, of the second
-    derivative by tau. Above sqrt(2) omega_0/omega no order grows on its way to the output, so there they bound what the
-    output lacks, too. Both count the orders below half of the samples: if these are not given, that is all of it but for 1 %
-    where the acceleration is continuous.
-    """
-
-    series: FourierSeries
-    omitted_amplitude: float
-    omitted_acceleration: float
-
-
-def truncate_law(law: Law, count: int, samples: int | None = None) -> TruncatedLaw:
+def truncate_law(law: Law, count: int, samples: int | None = None) -> FourierSeries:
     """The first orders of a law that has infinitely many, such as 3-4-5, over tau.
 
     samples: of a turn; by default 256 count, at least 16384. What aliases into the series is as large as the orders
@@ -288,9 +268,7 @@ def truncate_law(law: Law, count: int, samples: int | None = None) -> TruncatedL
     if not 1 <= count < samples / 2:
         raise InputError("orders", count, f"must be at least 1 and below half of the {samples} samples of a turn")
     whole = FourierSeries.from_samples(law(_TURN * np.arange(samples) / samples))
-    k, above = np.arange(1, whole.count + 1)[count:], whole.amplitudes[count:]
-    series = FourierSeries(whole.mean, whole.cosine[:count], whole.sine[:count])
-    return TruncatedLaw(series, float(above.sum()), float((k**2 * above).sum()))
+    return FourierSeries(whole.mean, whole.cosine[:count], whole.sine[:count])
 
 
 @dataclass(frozen=True, eq=False)
@@ -303,29 +281,27 @@ class LeverWithDwells:
 
 
 @dataclass(frozen=True, eq=False)
-class OutputExcitation:
-    """Vibration that the lever excites. peak: the largest acceleration of the output, exactly, per s^2. residual: in the
-    dwells. lever_orders, output_orders: amplitudes of the acceleration (N,), per s^2."""
+class Excitation:
+    """Vibration that a motion of the lever excites. deviation, acceleration: see ``ElasticOutput.residual``. peak: the largest
+    acceleration of the output, exactly, per s^2."""
 
     name: str
+    deviation: float
+    acceleration: float
     peak: float
-    residual: ResidualVibration
-    lever_orders: np.ndarray
-    output_orders: np.ndarray
 
 
-def ranked_excitations(output: ElasticOutput, motions: Sequence[LeverWithDwells], omega: float) -> tuple[OutputExcitation, ...]:
+def ranked_excitations(output: ElasticOutput, motions: Sequence[LeverWithDwells], omega: float) -> tuple[Excitation, ...]:
     """Return the vibration that each motion excites at a mean speed in rad/s, that with the least deviation in dwells first.
 
     Raises ``InputError`` as ``ElasticOutput.residual``, with the name of the motion.
     """
-    excitations = list[OutputExcitation]()
+    excitations = list[Excitation]()
     for motion in motions:
         try:
-            residual = output.residual(motion.lever, omega, motion.dwells)
+            deviation, acceleration = output.residual(motion.lever, omega, motion.dwells)
         except InputError as error:
             raise error.with_prefix(motion.name, ": ") from None
-        of_lever, of_output = (m.derivative(2) for m in (motion.lever, output.steady(motion.lever, omega)))
-        orders = (omega**2 * a.amplitudes for a in (of_lever, of_output))
-        excitations.append(OutputExcitation(motion.name, omega**2 * of_output.peak, residual, *orders))
-    return tuple(sorted(excitations, key=lambda e: e.residual.deviation))
+        peak = omega**2 * output.steady(motion.lever, omega).derivative(2).peak
+        excitations.append(Excitation(motion.name, deviation, acceleration, peak))
+    return tuple(sorted(excitations, key=lambda e: e.deviation))

@@ -11,6 +11,7 @@ from wucht.cams.correction import CorrectedLaw, MotionOverTime, Purity
 from wucht.cams.elastic_output import (
     Dwell,
     ElasticOutput,
+    Excitation,
     LeverWithDwells,
     VibrationOverSpeed,
     ranked_excitations,
@@ -30,20 +31,6 @@ _STANDARD = ("3-4-5", "4-5-6-7", "modified-sine", "inclined-sine")
 _FEWEST, _MOST = 256, 1024  # points of a turn at which the cam behind its shaft is balanced
 RIGID_SHAFT_CAM, TWIST_CAM = "corrected cam", "corrected for the twist too"  # cams behind an elastic shaft
 _NEAR = np.array([-0.02, -0.01, 0.0, 0.01, 0.02])  # about a resonance, so that no peak falls between two speeds
-
-
-@dataclass(frozen=True, eq=False)
-class Excitation:
-    """Vibration excited by a motion of the lever.
-
-    deviation, acceleration: residual vibration in the dwells at the mean speed; peak: the largest acceleration of the output,
-    per s^2.
-    """
-
-    name: str
-    deviation: float
-    acceleration: float
-    peak: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +61,7 @@ def vibrations(
     proportional to the speed.
     """
     law, omega, notes = motion_law.function, corrected_motion.mean, list[str]()
-    clean = motion_law.series or truncate_law(law, _MOST_ORDERS).series
+    clean = motion_law.series or truncate_law(law, _MOST_ORDERS)
     time_dwells = tuple(
         Dwell(float(original_motion.time(d.begin)), float(original_motion.time(d.end)), d.value) for d in dwells
     )
@@ -86,8 +73,7 @@ def vibrations(
         notes.append(f"no cam is tuned to the output: {error.explanation}")
     speeds = _with_resonances(output, clean.count, speeds)
     sweeps = tuple(output.residual_over_speed(one.lever, speeds, one.dwells) for one in levers)
-    responses = ranked_excitations(output, [*levers, *_standard_levers(law, dwells)], omega)
-    excitations = tuple(Excitation(e.name, e.residual.deviation, e.residual.acceleration, e.peak) for e in responses)
+    excitations = ranked_excitations(output, [*levers, *_standard_levers(law, dwells)], omega)
     return Vibrations(tuple(one.name for one in levers), sweeps, excitations, tuple(notes))
 
 
@@ -117,7 +103,7 @@ def _standard_levers(law: Law, dwells: tuple[Dwell, ...]) -> list[LeverWithDwell
     levers = list[LeverWithDwells]()
     for name in _STANDARD:
         rise_and_return = RiseAndReturn(standard_law(name), stroke, (begin, middle), (middle, end))
-        series = truncate_law(rise_and_return, _MOST_ORDERS).series
+        series = truncate_law(rise_and_return, _MOST_ORDERS)
         lever = FourierSeries(series.mean + dwell.value, series.cosine, series.sine)
         levers.append(LeverWithDwells(f"law {name}", lever, dwells))
     return levers

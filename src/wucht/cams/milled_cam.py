@@ -69,30 +69,15 @@ class MilledContour:
         return np.asarray(cKDTree(points).query(targets)[1], float)
 
 
-@dataclass(frozen=True, eq=False)
-class MilledCam:
-    """A cam with a contour through points (M,), complex in m, in order and the first not repeated.
+def milled_motion(
+    points: np.ndarray, follower: ContourFollower, phi: np.ndarray, guess: np.ndarray, clockwise: bool = False
+) -> np.ndarray:
+    """Return the motion that a cam makes with a contour through points, at cam angles (K,).
 
-    follower: on the contour. clockwise: the sense in which the cam turns. Raises ``InputError`` (points): too few of them.
+    points (M,): complex in m, in order and the first not repeated. guess: an approximate motion (K,). clockwise: the sense in
+    which the cam turns. Raises ``InputError`` (points): too few of them; ``RunError`` where there is no contact near the guess.
     """
-
-    points: np.ndarray
-    follower: ContourFollower
-    clockwise: bool = False
-
-    def __post_init__(self) -> None:
-        _ = self._contour
-
-    @cached_property
-    def _contour(self) -> MilledContour:
-        return MilledContour(self.points)
-
-    def motion(self, phi: np.ndarray, guess: np.ndarray) -> np.ndarray:
-        """The value of the follower's motion at cam angles (K,).
-
-        guess: an approximate value (K,) near the contact. Raises ``RunError`` where there is none near it.
-        """
-        return self.follower.motion_on(self._contour, np.exp((1j if self.clockwise else -1j) * phi), guess)
+    return follower.motion_on(MilledContour(points), np.exp((1j if clockwise else -1j) * phi), guess)
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:

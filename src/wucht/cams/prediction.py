@@ -70,9 +70,8 @@ class CamShaft:
             energy = np.full(count, (self.mean_speed * root.mean()) ** 2)
             if self.torque is not None:
                 energy = energy if coarser is None else _positive(coarser, count, self.mean_speed) ** 2 * root**2
-                energy = _newton(
-                    _EnergyBalance(reduced_inertia, differentiation(count), self.torque), energy, partial(self.remedy, law)
-                )
+                balance = partial(energy_balance, reduced_inertia, differentiation(count), self.torque)
+                energy = _newton(balance, energy, partial(self.remedy, law))
             return FourierSeries.from_samples(np.sqrt(energy) / root)
 
         speed = _resolved_speed(attempt)
@@ -89,7 +88,7 @@ class CamShaft:
             output_energy = self.output_inertia * law(even_angles(count), 1) ** 2 / 2
             if self.torque is None:
                 return FourierSeries.from_samples(self._eigenmotion(output_energy, law))
-            balance = _PowerBalance(self.inertia, output_energy, differentiation(count), self.torque)
+            balance = partial(power_balance, self.inertia, output_energy, differentiation(count), self.torque)
             start = np.full(count, self.mean_speed) if coarser is None else _positive(coarser, count, self.mean_speed)
             return FourierSeries.from_samples(_newton(balance, start, partial(self.remedy, law)))
 
@@ -134,37 +133,27 @@ class CamShaft:
         return purity.share(orders(MotionOverTime(cam, shaft))), shaft
 
 
-@dataclass(frozen=True, eq=False)
-class _EnergyBalance:
-    """dE/dphi - T(phi') at even phi. reduced_inertia: J (n,). derivative: the matrix (n, n) of d/dphi."""
+def energy_balance(
+    reduced_inertia: np.ndarray, derivative: np.ndarray, torque_of: Torque, energy: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return dE/dphi - T(phi') at even phi (n,), and its Jacobian (n, n).
 
-    reduced_inertia: np.ndarray
-    derivative: np.ndarray
-    torque: Torque
-
-    def __call__(self, energy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the residual (n,) and its Jacobian (n, n)."""
-        speed = np.sqrt(2 * energy / self.reduced_inertia)
-        torque, slope = self.torque(speed)
-        return self.derivative @ energy - torque, self.derivative - np.diag(slope / (self.reduced_inertia * speed))
+    reduced_inertia: J (n,). derivative: the matrix (n, n) of d/dphi. energy: E (n,).
+    """
+    speed = np.sqrt(2 * energy / reduced_inertia)
+    torque, slope = torque_of(speed)
+    return derivative @ energy - torque, derivative - np.diag(slope / (reduced_inertia * speed))
 
 
-@dataclass(frozen=True, eq=False)
-class _PowerBalance:
-    """omega dE/dtau - T phi' at even tau. output_energy: J1 psi'^2/2 (n,)."""
-
-    inertia: float
-    output_energy: np.ndarray
-    derivative: np.ndarray
-    torque: Torque
-
-    def __call__(self, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the residual (n,) and its Jacobian (n, n)."""
-        omega, (torque, slope) = float(speed.mean()), self.torque(speed)
-        turning, moving = self.derivative @ (self.inertia * speed**2 / 2), self.derivative @ self.output_energy
-        by_mean = (turning + 3 * omega**2 * moving)[:, None] / len(speed)
-        by_each = omega * self.inertia * self.derivative * speed - np.diag(slope * speed + torque)
-        return omega * turning + omega**3 * moving - torque * speed, by_each + by_mean
+def power_balance(
+    inertia: float, output_energy: np.ndarray, derivative: np.ndarray, torque_of: Torque, speed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return omega dE/dtau - T phi' at even tau (n,), and its Jacobian (n, n). output_energy: J1 psi'^2/2 (n,)."""
+    omega, (torque, slope) = float(speed.mean()), torque_of(speed)
+    turning, moving = derivative @ (inertia * speed**2 / 2), derivative @ output_energy
+    by_mean = (turning + 3 * omega**2 * moving)[:, None] / len(speed)
+    by_each = omega * inertia * derivative * speed - np.diag(slope * speed + torque)
+    return omega * turning + omega**3 * moving - torque * speed, by_each + by_mean
 
 
 def _newton(

@@ -102,6 +102,12 @@ class ShaftMotion:
         self.__dict__["_last"] = (np.array(phi), derivatives)
         return derivatives
 
+    def speed_over_angle(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
+        """Return the speed in rad/s (order 0) or its derivative by the angle (order 1) at cam angles of any shape."""
+        tau = self.time(phi)
+        first = self.angle(tau, 1)
+        return np.asarray(self.mean * (self.angle(tau, 2) / first if order else first))
+
     def with_scaled_fluctuation(self, by: float) -> ShaftMotion:
         """Return the motion with its fluctuation scaled by a factor about the same mean."""
         return ShaftMotion(FourierSeries(self.mean, by * self.speed.cosine, by * self.speed.sine))

@@ -31,7 +31,7 @@ def equations(
         raise InputError("--order", order, "must be 1 or 2")
     if not slow and (inertia is not None or order != 1):
         raise InputError("--order" if order != 1 else "--inertia", None, "allowed only with --slow")
-    from wucht.analysis.equations_in_print import full_equations
+    from wucht.analysis.equations_in_print import equation_lines, full_equations
     from wucht.cli.options import parse_settings
     from wucht.files.catalogue import load_document, load_machine
     from wucht.machines.symbols import notation_of
@@ -44,7 +44,7 @@ def equations(
         return
     machine = load_machine(study, parse_settings(set_ or []))
     heading, equation_set = _slow_equations(machine, latex, inertia, order) if slow else ("", full_equations(machine, latex))
-    rows, definitions = equation_set.lines(latex)
+    rows, definitions = equation_lines(equation_set, latex)
     comment, names = "% " if latex else "", notation_of(machine).names
     typer.echo(f"{comment}{machine.title}")
     for title, lines in ((heading, rows), ("with", definitions)):

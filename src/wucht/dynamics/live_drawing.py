@@ -30,70 +30,56 @@ class LengthTable:
         return self.expressions.setdefault(sp.sympify(length), len(self.expressions))
 
 
-@dataclass(frozen=True)
-class LiveDrawing:
-    """A moving drawing. data: see ``src/wucht/web/drawing_data.ts``; lengths: its lengths, as JavaScript."""
+def live_drawing(machine: Machine) -> tuple[dict[str, Any], str]:
+    """Return the moving drawing of a machine, and its lengths as JavaScript.
 
-    data: Mapping[str, Any]
-    lengths: str
-
-    @classmethod
-    def of(cls, machine: Machine) -> LiveDrawing:
-        """Return the drawing of a machine.
-
-        Parameters
-        ----------
-        machine : Machine
-            In its initial state. Parameters that schedules change have their values at the start.
-
-        Returns
-        -------
-        LiveDrawing
-        """
-        table, rest, parts = LengthTable(), rest_position(machine), {part.path: part for part in machine.parts}
-        start_values = {s.symbol: sp.Float(machine.values[s.parameter]) for s in machine.schedules}
-        values = {path: sp.Symbol(path, real=True) for path in machine.values}
-        values |= {symbol.name: value for symbol, value in start_values.items()}
-        shape = _shape(machine, values)
-        data = {
-            "to_scale": shape.to_scale,
-            "is_shaken": shape.is_shaken,
-            "turning": _turning(machine),
-            "box": [table.index(x) for x in shape.box],
-            "carrier": [
-                {
-                    "label": label,
-                    "position": machine.row(c.position),
-                    "velocity": _velocity_row(machine, c.velocity, c.prescribed_velocity),
-                    "rest": table.index(rest[c.position].xreplace(start_values)),
-                }
-                for label, c in zip(machine.labels, machine.carrier, strict=True)
-            ],
-            "mounts": [
-                {"name": m.name, "x": table.index(m.x), "y": table.index(m.y), "dx": m.dx, "dy": m.dy}
-                | {"has_damper": m.has_damper, "is_on_foundation": _is_on_foundation(machine, m.dx)}
-                for m in shape.mounts
-            ],
-            "rotors": [
-                {"name": r.name, "body": _row(machine, r.name), "sense": r.sense}
-                | {key: table.index(getattr(r, key)) for key in ("x", "y", "radius")}
-                for r in shape.rotors
-            ],
-            "bodies": _bodies(machine, shape, values, table, start_values),
-            "sliders": _sliders(machine, shape, values, table),
-            "attachments": [
-                _attachment(a, values, table) | {"is_two_sided": getattr(parts[a.name], "sides", "one") == "both"}
-                for a in shape.attachments
-            ],
-            "contacts": [
-                {"bodies": [_row(machine, name), _row(machine, track.order[(k + 1) % len(track.order)])]}
-                | {"offset": table.index(track.symbol(f"offset_{k + 1}"))}
-                for track in machine.tracks
-                for k, name in enumerate(track.order)
-            ],
-        }  # fmt: skip
-        program = lower(System((), (), machine.system.parameters), list(table.expressions))
-        return cls({**data, "length_count": len(table.expressions)}, javascript_code(program))
+    The drawing: see ``src/wucht/web/drawing_data.ts``. The machine is in its initial state: parameters that schedules change
+    have their values at the start.
+    """
+    table, rest, parts = LengthTable(), rest_position(machine), {part.path: part for part in machine.parts}
+    start_values = {s.symbol: sp.Float(machine.values[s.parameter]) for s in machine.schedules}
+    values = {path: sp.Symbol(path, real=True) for path in machine.values}
+    values |= {symbol.name: value for symbol, value in start_values.items()}
+    shape = _shape(machine, values)
+    data = {
+        "to_scale": shape.to_scale,
+        "is_shaken": shape.is_shaken,
+        "turning": _turning(machine),
+        "box": [table.index(x) for x in shape.box],
+        "carrier": [
+            {
+                "label": label,
+                "position": machine.row(c.position),
+                "velocity": _velocity_row(machine, c.velocity, c.prescribed_velocity),
+                "rest": table.index(rest[c.position].xreplace(start_values)),
+            }
+            for label, c in zip(machine.labels, machine.carrier, strict=True)
+        ],
+        "mounts": [
+            {"name": m.name, "x": table.index(m.x), "y": table.index(m.y), "dx": m.dx, "dy": m.dy}
+            | {"has_damper": m.has_damper, "is_on_foundation": _is_on_foundation(machine, m.dx)}
+            for m in shape.mounts
+        ],
+        "rotors": [
+            {"name": r.name, "body": _row(machine, r.name), "sense": r.sense}
+            | {key: table.index(getattr(r, key)) for key in ("x", "y", "radius")}
+            for r in shape.rotors
+        ],
+        "bodies": _bodies(machine, shape, values, table, start_values),
+        "sliders": _sliders(machine, shape, values, table),
+        "attachments": [
+            _attachment(a, values, table) | {"is_two_sided": getattr(parts[a.name], "sides", "one") == "both"}
+            for a in shape.attachments
+        ],
+        "contacts": [
+            {"bodies": [_row(machine, name), _row(machine, track.order[(k + 1) % len(track.order)])]}
+            | {"offset": table.index(track.symbol(f"offset_{k + 1}"))}
+            for track in machine.tracks
+            for k, name in enumerate(track.order)
+        ],
+    }  # fmt: skip
+    program = lower(System((), (), machine.system.parameters), list(table.expressions))
+    return {**data, "length_count": len(table.expressions)}, javascript_code(program)
 
 
 def rest_position(machine: Machine) -> dict[sp.Symbol, sp.Expr]:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from wucht.dynamics.live_drawing import LiveDrawing, rest_position
-from wucht.dynamics.torque_hills import TorqueHills, segment_table
+from wucht.dynamics.live_drawing import live_drawing, rest_position
+from wucht.dynamics.torque_hills import hills_script, segment_table
 from wucht.dynamics.unbalance_left import unbalances_left
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
@@ -56,17 +56,17 @@ def machine_script(machine: Machine, state: np.ndarray) -> str:
     -------
     str
         For a file, or for an element ``script``: names and titles cannot end it. Beside the description it has the ``drawing``
-        with its ``lengths``, and the torque ``hills``: see ``LiveDrawing`` and ``TorqueHills``.
+        with its ``lengths``, and the torque ``hills``: see ``live_drawing`` and ``torque_hills``.
 
     Raises
     ------
     WuchtError
         For a machine that cannot be exported; see ``export_obstacles``.
     """
-    description, drawing = machine_description(machine, state), LiveDrawing.of(machine)
-    data = {**description, "drawing": drawing.data}
+    description, (drawing, lengths) = machine_description(machine, state), live_drawing(machine)
+    data = {**description, "drawing": drawing}
     texts = {key: json.dumps(value, allow_nan=False).replace("<", "\\u003c") for key, value in data.items()}
-    code = _equations(machine) | {"lengths": drawing.lengths, "hills": TorqueHills.of(machine).script()}
+    code = _equations(machine) | {"lengths": lengths, "hills": hills_script(machine)}
     entries = [f"{name}: {text}," for name, text in (texts | code).items()]
     return "\n".join(["export const machine = {", *entries, "};", ""])
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -28,56 +27,51 @@ _RESONANCES = 3.0  # times the highest natural frequency: the range where the dr
 _FALLBACK = 100.0  # rad/s, of a machine without natural frequencies
 
 
-@dataclass(frozen=True)
-class TorqueHills:
-    """Torques over the speed. data: see ``src/wucht/web/drawing_data.ts``; code: the functions, by name."""
+def torque_hills(machine: Machine) -> tuple[dict[str, Any], Mapping[str, str]]:
+    """Return the torques of a machine over the speed, and their functions by name; where there are none, the data say why.
 
-    data: Mapping[str, Any]
-    code: Mapping[str, str]
+    The data: see ``src/wucht/web/drawing_data.ts``; the functions: as JavaScript.
+    """
+    if reason := unavailability_reason(machine):
+        return {"available": False, "reason": reason}, {}
+    torques = [torque for rotor in machine.rotors for torque in shaft_torques(machine, rotor)]
+    carrier = machine.linear_carrier
+    matrices = [x for matrix in (carrier.mass, carrier.damping, carrier.stiffness) for x in matrix]
+    forces = [sp.sympify(x) for shape in carrier.excitation for x in shape]
+    quantities = [*torques, *matrices, *(f(x) for f in (sp.re, sp.im) for x in forces)]
+    natural = [f for f in natural_frequencies(machine).values() if np.isfinite(f) and f > 0]
+    reach = highest_speed(machine)
+    segmentations, code = _code(machine, [sp.sympify(x) for x in quantities])
+    last = machine.at(machine.breakpoints[-1])
+    driven = _driven_rotors(machine)
+    data = {
+        "available": True,
+        "reason": "",
+        "directions": len(machine.free_carrier),
+        "output_count": len(quantities),
+        "segmentations": segmentations,
+        "reach": reach if np.isfinite(reach) else None,
+        "largest_speed": _RESONANCES * max(natural, default=_FALLBACK),
+        "units": {"speed": machine.units.speed, "torque": machine.units.torque},
+        "bodies": [
+            {
+                "angle": machine.row(b.coordinate.position),
+                "velocity": machine.row(b.coordinate.velocity) if b.coordinate.prescribed_velocity is None else -1,
+                "rotor": [r.name for r in machine.rotors].index(machine.rotor_of(b).name),
+                "is_rotor": b.about is None,
+            }
+            for b in machine.bodies
+        ],
+        "rotors": [{"name": r.name, "is_driven": r.name in driven, "sense": int(sense_of(last, r))} for r in machine.rotors],
+    }
+    return data, code
 
-    @classmethod
-    def of(cls, machine: Machine) -> TorqueHills:
-        """Return the torques of a machine over the speed; where there are none, the data say why."""
-        if reason := unavailability_reason(machine):
-            return cls({"available": False, "reason": reason}, {})
-        torques = [torque for rotor in machine.rotors for torque in shaft_torques(machine, rotor)]
-        carrier = machine.linear_carrier
-        matrices = [x for matrix in (carrier.mass, carrier.damping, carrier.stiffness) for x in matrix]
-        forces = [sp.sympify(x) for shape in carrier.excitation for x in shape]
-        quantities = [*torques, *matrices, *(f(x) for f in (sp.re, sp.im) for x in forces)]
-        natural = [f for f in natural_frequencies(machine).values() if np.isfinite(f) and f > 0]
-        reach = highest_speed(machine)
-        segmentations, code = _code(machine, [sp.sympify(x) for x in quantities])
-        last = machine.at(machine.breakpoints[-1])
-        driven = _driven_rotors(machine)
-        data = {
-            "available": True,
-            "reason": "",
-            "directions": len(machine.free_carrier),
-            "output_count": len(quantities),
-            "segmentations": segmentations,
-            "reach": reach if np.isfinite(reach) else None,
-            "largest_speed": _RESONANCES * max(natural, default=_FALLBACK),
-            "units": {"speed": machine.units.speed, "torque": machine.units.torque},
-            "bodies": [
-                {
-                    "angle": machine.row(b.coordinate.position),
-                    "velocity": machine.row(b.coordinate.velocity) if b.coordinate.prescribed_velocity is None else -1,
-                    "rotor": [r.name for r in machine.rotors].index(machine.rotor_of(b).name),
-                    "is_rotor": b.about is None,
-                }
-                for b in machine.bodies
-            ],
-            "rotors": [
-                {"name": r.name, "is_driven": r.name in driven, "sense": int(sense_of(last, r))} for r in machine.rotors
-            ],
-        }
-        return cls(data, code)
 
-    def script(self) -> str:
-        """Return the data with the functions, as an object of JavaScript."""
-        texts = {key: json.dumps(value, allow_nan=False).replace("<", "\\u003c") for key, value in self.data.items()}
-        return "\n".join(["{", *(f"{name}: {text}," for name, text in (texts | dict(self.code)).items()), "}"])
+def hills_script(machine: Machine) -> str:
+    """Return the torques of a machine over the speed with their functions, as an object of JavaScript."""
+    data, code = torque_hills(machine)
+    texts = {key: json.dumps(value, allow_nan=False).replace("<", "\\u003c") for key, value in data.items()}
+    return "\n".join(["{", *(f"{name}: {text}," for name, text in (texts | dict(code)).items()), "}"])
 
 
 def unavailability_reason(machine: Machine) -> str:

@@ -30,18 +30,6 @@ _ROOT_2, _ROOT_2_PI = math.sqrt(2.0), math.sqrt(2 * math.pi)
 
 
 @dataclass(frozen=True, eq=False)
-class SumDistribution:
-    """Distribution of one of the two sums over all charts that have not alarmed.
-
-    zero: the share of those at 0. density (N,): of the other ones at the nodes. Together they are that share of all
-    charts which has not alarmed.
-    """
-
-    zero: float
-    density: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
 class AlarmDistribution:
     """Distribution of the reading of the alarm after a change; readings count from 0.
 
@@ -138,9 +126,9 @@ class Cusum:
         return first
 
     @property
-    def zero(self) -> SumDistribution:
-        """Charts that begin."""
-        return SumDistribution(1.0, np.zeros(len(self._nodes)))
+    def _first_sums(self) -> np.ndarray:
+        """The share of charts that begin (N + 1,), at zero and at the nodes."""
+        return np.append(1.0, np.zeros(len(self._nodes)))
 
     @cached_property
     def _spread(self) -> float:
@@ -169,14 +157,15 @@ class Cusum:
         return (expected_deviations if rising else -expected_deviations) - self.reference
 
     def _propagate(
-        self, sums: SumDistribution, expected_deviations: Iterable[float], rising: bool
+        self, sums: np.ndarray, expected_deviations: Iterable[float], rising: bool
     ) -> Iterator[tuple[float, np.ndarray]]:
         """Yield for each reading the share of charts that alarm, and that of the other ones (N + 1,), at zero and at the nodes
         with their weights.
 
-        expected_deviations: of the readings. rising: by the upper sum, else by the lower one.
+        sums (N + 1,): see ``steady_state``. expected_deviations: of the readings. rising: by the upper sum, else by the lower
+        one.
         """
-        state, matrices = np.append(sums.zero, sums.density), dict[float, np.ndarray]()  # deviations may repeat
+        state, matrices = sums, dict[float, np.ndarray]()  # deviations may repeat
         weights = np.append(1.0, self._rule[1])
         for deviation in expected_deviations:
             matrix = matrices.get(deviation)
@@ -186,14 +175,15 @@ class Cusum:
             state = next_state[:-1]
             yield float(next_state[-1]), weights * state
 
-    def steady_state(self, expected_deviations: np.ndarray, rising: bool) -> tuple[SumDistribution, float]:
-        """Return the sums of the charts that have not alarmed (all together 1) after many cycles of readings with expected
-        deviations (n,), and the mean number of readings from the begin of a chart to its alarm.
+    def steady_state(self, expected_deviations: np.ndarray, rising: bool) -> tuple[np.ndarray, float]:
+        """Return one of the two sums of all charts that have not alarmed after many cycles of readings with expected deviations
+        (n,), and the mean number of readings from the begin of a chart to its alarm.
 
+        Of a sum (N + 1,): the share of these charts where it is 0, and its density at the nodes; together 1.
         Raises ``RunError`` if there is no steady state.
         """
         matrices = [self._matrix(drift) for drift in self._drifts(expected_deviations, rising).tolist()]
-        state, weights = np.append(1.0, self.zero.density), np.append(1.0, self._rule[1])
+        state, weights = self._first_sums, np.append(1.0, self._rule[1])
         remaining, earlier_readings, before = 1.0, 0.0, math.nan
         for _ in range(_MOST_CYCLES):
             logs = np.empty(len(matrices))  # of the share that stays, reading by reading: right where that is 1 to rounding
@@ -201,17 +191,13 @@ class Cusum:
                 next_state = matrix @ state
                 stays, alarms = float(weights @ next_state[:-1]), float(next_state[-1])
                 if stays < _UNDERFLOW * alarms:  # every chart alarms at the latest here
-                    return SumDistribution(0.0, 0 * state[1:]), earlier_readings + remaining * float(
-                        np.exp(np.append(0.0, np.cumsum(logs[:i]))).sum()
-                    )
+                    return 0 * state, earlier_readings + remaining * float(np.exp(np.append(0.0, np.cumsum(logs[:i]))).sum())
                 logs[i] = -math.log1p(alarms / stays)
                 state = next_state[:-1] / stays
             readings = float(np.exp(np.cumsum(logs) - logs).sum())
             chance = -math.expm1(float(logs.sum()))
             if abs(chance - before) <= _CONVERGENCE * chance or remaining < _NONE_LEFT:
-                return SumDistribution(float(state[0]), state[1:]), earlier_readings + remaining * readings / max(
-                    chance, 1 / _NEVER
-                )
+                return state, earlier_readings + remaining * readings / max(chance, 1 / _NEVER)
             earlier_readings, remaining, before = earlier_readings + remaining * readings, remaining * (1 - chance), chance
         raise RunError("the chart does not reach a steady state: the change to be detected is too small")
 
@@ -251,7 +237,7 @@ class Cusum:
         that factor known where the nodes do not resolve the noise, on which it depends exponentially.
         """
         begin = [
-            self.zero if normal_deviations is None else self.steady_state(normal_deviations, rising)[0]
+            self._first_sums if normal_deviations is None else self.steady_state(normal_deviations, rising)[0]
             for rising in (True, False)
         ]
         upper, lower = (

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -37,17 +36,6 @@ _STAND_IN = "\0"  # of each letter of a formula, while the name around it is bro
 _AT_END, _SHARE = 0.02, 0.3  # of the panel: from a line's end to the right edge, at most; of the page: widest name there
 
 
-@dataclass(frozen=True)
-class _Place:
-    """Place of a panel, in inches from the left and from the top."""
-
-    axis: Axes
-    x: float
-    y: float
-    width: float
-    height: float
-
-
 def arrange(figure: Figure) -> Figure:
     """Arrange the parts of a figure. Figures that were not made by ``sheet`` remain unchanged."""
     if not has_sheet(figure):
@@ -70,7 +58,8 @@ def _arrange(figure: Figure, sheet: Sheet) -> None:
     note = "\n".join(text for text in (sheet.sentence, sheet.note) if text)
     top = heading_height + (LINE * page.small / 72 * len(note.split("\n")) if note else 0.0)
     over = None if sheet.over is None else _legend(figure, sheet.over, page.width - 2 * em)
-    depth, places = top + (0.0 if over is None else _size(over)[1] + 0.6 * em), list[_Place]()
+    depth = top + (0.0 if over is None else _size(over)[1] + 0.6 * em)
+    places: list[tuple[Axes, float, float, float, float]] = []  # in inches, from the left and from the top
     for number, (row, room, height) in enumerate(zip(sheet.rows, sheet.columns, sheet.heights, strict=True)):
         sides = margins[room]
         inner = (page.width - sum(map(sum, sides))) / room
@@ -79,18 +68,18 @@ def _arrange(figure: Figure, sheet: Sheet) -> None:
             for axis, (left_margin, right_margin) in zip(row, sides, strict=False)
         )
         lefts = [k * inner + sum(map(sum, sides[:k])) + left_margin for k, (left_margin, _) in enumerate(sides)]
-        places += [_Place(axis, x, depth, inner, height) for axis, x in zip(row, lefts, strict=False)]
+        places += [(axis, x, depth, inner, height) for axis, x in zip(row, lefts, strict=False)]
         depth += height + em * _height_below(row, number == len(sheet.rows) - 1, inner / em)
     if sheet.below is not None:
         depth += _size(_legend(figure, sheet.below, page.width - 2 * em))[1] + 0.4 * em
     rights = _scales_beside(sheet)
     depth = math.ceil(depth * figure.dpi) / figure.dpi  # whole pixels
     figure.set_size_inches(page.width, depth)
-    for p in places:
-        p.axis.set_position((p.x / page.width, 1 - (p.y + p.height) / depth, p.width / page.width, p.height / depth))
-        if p.axis in beside:
-            off = (rights[p.axis] + 0.4) * em / p.width
-            beside[p.axis].set_bbox_to_anchor((1.0 + off, 0.5), p.axis.transAxes)
+    for axis, left, above, width, height in places:
+        axis.set_position((left / page.width, 1 - (above + height) / depth, width / page.width, height / depth))
+        if axis in beside:
+            off = (rights[axis] + 0.4) * em / width
+            beside[axis].set_bbox_to_anchor((1.0 + off, 0.5), axis.transAxes)
     if over is not None:
         over.set_loc("upper center")
         over.set_bbox_to_anchor((0.5, 1 - top / depth), figure.transFigure)

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.plots.scales import travel_unit
+from wucht.plots.scales import plain_decades, travel_unit
+from wucht.plots.style import COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -14,6 +15,11 @@ if TYPE_CHECKING:
 LAW_NAMES = ("position", "velocity", "acceleration", "jerk")  # of a law and its derivatives by the cam angle, in a result
 PER_ANGLE = ("", "/rad", "/rad^2", "/rad^3")  # units of these
 FOLLOWER = "#000000"
+CAM_NAMES = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
+CAM_LOOKS: dict[str, dict[str, Any]] = {  # so that both curves are visible where they coincide
+    "original": {"color": COLOURS[1], "linestyle": "--"},
+    "corrected": {"color": COLOURS[0], "linestyle": "-"},
+}
 _RADIUS_LIMIT = 2.5  # of the largest distance from the centre: larger radii of curvature are not drawn
 
 
@@ -27,6 +33,12 @@ def frame_cam(axis: Axes) -> None:
     """Set up a panel in which a cam is drawn to scale."""
     axis.set_aspect("equal", adjustable="datalim")
     axis.set(xlabel="x (mm), cam at 0°", ylabel="y (mm)")
+
+
+def draw_limit(axis: Axes, value: float, name: str, colour: str = COLOURS[3]) -> None:
+    """Draw a limit across a panel, if it is a number."""
+    if np.isfinite(value):
+        axis.axhline(value, color=colour, linestyle=":", linewidth=1.2, label=name)
 
 
 def radii_of_curvature(result: Any) -> tuple[Any, float]:
@@ -53,3 +65,12 @@ def order_scale(axis: Axes, orders: np.ndarray) -> None:
 def draw_bars_from(axis: Axes, bottom: float, at: np.ndarray, tops: np.ndarray, width: float = 0.4, **look: Any) -> None:
     """Draw bars (N,) over a logarithmic scale, which has no zero."""
     axis.bar(at, tops - bottom, width, bottom=bottom, **look)
+
+
+def decade_scale(axis: Axes, floor: float, highest: float, step: int) -> None:
+    """Set a logarithmic ordinate from below a floor, with a number every so many decades."""
+    axis.set_yscale("log")
+    plain_decades(axis.yaxis)
+    axis.set_ylim(floor / 2, 3 * highest)
+    axis.set_yticks(10.0 ** np.arange(np.ceil(np.log10(floor)), np.log10(3 * highest), step))
+    axis.minorticks_off()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from wucht.errors import InputError, WuchtError
 from wucht.results.attributes import read_attributes
-from wucht.results.result_tables import NUMBERS, result_table, table_names
+from wucht.results.result_tables import NUMBERS, result_table, table_frame, table_names
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -142,7 +142,7 @@ class ResultAccessor:
         InputError
             If there is no such table.
         """
-        return result_table(self._result, name).to_dataframe()
+        return table_frame(result_table(self._result, name))
 
     @property
     def summary_table(self) -> pd.DataFrame:

@@ -38,20 +38,13 @@ class TableColumn:
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
 
-@dataclass(frozen=True, eq=False)
-class ResultTable:
-    """A table of a result. columns: at least one, with different headings, all of one length."""
+def table_frame(columns: Sequence[TableColumn]) -> pd.DataFrame:
+    """Return a table as a DataFrame, whose ``attrs["units"]`` has the unit of each column by its heading."""
+    import pandas as pd_
 
-    name: str
-    columns: tuple[TableColumn, ...]
-
-    def to_dataframe(self) -> pd.DataFrame:
-        """Return the table as a DataFrame, whose ``attrs["units"]`` has the unit of each column by its heading."""
-        import pandas as pd_
-
-        frame = pd_.DataFrame({column.heading: column.values for column in self.columns})
-        frame.attrs["units"] = {column.heading: column.unit for column in self.columns}
-        return frame
+    frame = pd_.DataFrame({column.heading: column.values for column in columns})
+    frame.attrs["units"] = {column.heading: column.unit for column in columns}
+    return frame
 
 
 def table_names(result: xr.Dataset) -> list[str]:
@@ -59,17 +52,20 @@ def table_names(result: xr.Dataset) -> list[str]:
     return [*map("-".join, _variables_by_rows(result)), *_summary_keys(result), NUMBERS]
 
 
-def result_table(result: xr.Dataset, name: str) -> ResultTable:
-    """Return the table of this name. Raises ``InputError`` where the result has none."""
+def result_table(result: xr.Dataset, name: str) -> tuple[TableColumn, ...]:
+    """Return the columns of the table of this name: at least one, with different headings, all of one length.
+
+    Raises ``InputError`` where the result has none.
+    """
     if name == NUMBERS:
         return _numbers_table(result)
     for rows, variables in _variables_by_rows(result).items():
         if name == "-".join(rows):
-            return ResultTable(name, _unique_columns(_variable_columns(result, rows, variables)))
+            return _unique_columns(_variable_columns(result, rows, variables))
     key = _summary_keys(result).get(name)
     if key is None:
         raise InputError("table", name, f"the result has no such table; {nearest(name, table_names(result))}")
-    return _summary_table(result, name, key)
+    return _summary_table(result, key)
 
 
 def _variables_by_rows(result: xr.Dataset) -> dict[tuple[str, ...], list[str]]:
@@ -136,13 +132,13 @@ def _is_list_of_tables(value: Any, facts: Mapping[str, Any]) -> bool:
     return isinstance(value, list) and all(isinstance(row, Mapping) for row in value) and bool(any(value) or facts.get("parts"))
 
 
-def _summary_table(result: xr.Dataset, name: str, key: str) -> ResultTable:
+def _summary_table(result: xr.Dataset, key: str) -> tuple[TableColumn, ...]:
     """The entries of a list in the summary as rows; what is a table or a list itself has a column for each of its numbers."""
     accessor = result.wucht
     rows = [dict(leaves(row)) if row else {} for row in accessor.summary[key]]
     paths = dict.fromkeys(path for row in rows for path in row) or dict.fromkeys(accessor.quantities[key]["parts"])
     columns = (TableColumn(p, column_values([r.get(p) for r in rows]), accessor.unit_at(f"{key}.{p}")) for p in paths)
-    return ResultTable(name, _unique_columns(columns))
+    return _unique_columns(columns)
 
 
 def _unique_columns(columns: Iterable[TableColumn]) -> tuple[TableColumn, ...]:
@@ -170,7 +166,7 @@ def column_values(cells: Sequence[Any]) -> np.ndarray:
     return np.array(cells, float) if kinds <= {int, float, type(None)} else _objects(cells)
 
 
-def _numbers_table(result: xr.Dataset) -> ResultTable:
+def _numbers_table(result: xr.Dataset) -> tuple[TableColumn, ...]:
     """Name, value, unit and description of every number of the summary, and of the variables that are single numbers."""
     accessor, rows = result.wucht, dict[str, tuple[Any, str, str]]()
     table_by_key = {key: name for name, key in _summary_keys(result).items()}
@@ -187,7 +183,7 @@ def _numbers_table(result: xr.Dataset) -> ResultTable:
     columns = {"name": list(rows)} | {
         name: [row[k] for row in rows.values()] for k, name in enumerate(("value", "unit", "description"))
     }
-    return ResultTable(NUMBERS, tuple(TableColumn(name, _objects(cells)) for name, cells in columns.items()))
+    return tuple(TableColumn(name, _objects(cells)) for name, cells in columns.items())
 
 
 def _objects(cells: Sequence[Any]) -> np.ndarray:

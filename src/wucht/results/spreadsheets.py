@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from wucht.errors import InputError
 from wucht.file_names import replace_non_utf8, safe_name
-from wucht.results.result_tables import NUMBERS, ResultTable, result_table, table_names
+from wucht.results.result_tables import NUMBERS, TableColumn, result_table, table_names
 from wucht.results.store import file_name, replace_file
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def save_xlsx(result: xr.Dataset, folder: Path) -> Path:
     workbook, titles = _openpyxl().Workbook(write_only=True), set[str]()
     for name in (NUMBERS, *(name for name in table_names(result) if name != NUMBERS)):
         table = result_table(result, name)
-        rows, columns = len(table.columns[0].values) + 1, len(table.columns)
+        rows, columns = len(table[0].values) + 1, len(table)
         if rows > _MOST_ROWS or columns > _MOST_COLUMNS:
             limits = (
                 f"a sheet has at most {_MOST_ROWS} rows and {_MOST_COLUMNS} columns, this table {rows} and {columns}; use --csv"
@@ -107,13 +107,13 @@ def _kind(result: xr.Dataset) -> str:
     return str(result.attrs["study"])
 
 
-def _lines(table: ResultTable, format_cell: Callable[[Any], Any]) -> Iterator[Sequence[Any]]:
+def _lines(table: Sequence[TableColumn], format_cell: Callable[[Any], Any]) -> Iterator[Sequence[Any]]:
     """Yield the headings and the rows of a table."""
-    yield [format_cell(column.heading) for column in table.columns]
-    yield from zip(*(map(format_cell, column.values.tolist()) for column in table.columns), strict=True)
+    yield [format_cell(column.heading) for column in table]
+    yield from zip(*(map(format_cell, column.values.tolist()) for column in table), strict=True)
 
 
-def _write_csv(path: Path, table: ResultTable, decimal_comma: bool) -> None:
+def _write_csv(path: Path, table: Sequence[TableColumn], decimal_comma: bool) -> None:
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, delimiter=";" if decimal_comma else ",", lineterminator="\n")
         writer.writerows(_lines(table, _csv_cell_with_comma if decimal_comma else _csv_cell))

@@ -16,7 +16,7 @@ from wucht.plots.cam_drawings import LAW_NAMES, PER_ANGLE
 from wucht.studies.answer import Answer
 
 _DECIMALS = 9  # of lengths in mm: smaller differences are rounding
-_CURVES: Mapping[str, tuple[str, str, Callable[[CamCurves], np.ndarray]]] = {
+CURVES: Mapping[str, tuple[str, str, Callable[[CamCurves], np.ndarray]]] = {
     "contour_x": ("contour, x", "m", lambda curves: curves.contour.real),
     "contour_y": ("contour, y", "m", lambda curves: curves.contour.imag),
     "pitch_x": ("pitch curve, x", "m", lambda curves: curves.pitch.real),
@@ -45,16 +45,14 @@ def state_motion(a: Answer, name: str, derivatives: Iterable[Any], what: str, un
         )
 
 
-def state_cam_curves(
-    a: Answer, names: Sequence[str], rows: Callable[[Callable[[CamCurves], np.ndarray]], np.ndarray], over: str
-) -> None:
+def state_cam_curves(a: Answer, names: Sequence[str], cams: Sequence[CamCurves], over: str, *sizes: int) -> None:
     """State curves of cams, in the plane that turns with them.
 
-    names: of these variables. rows: the array of one curve of all cams, given what gets it of a cam. over: its dimensions.
+    names: of these variables. over: their dimensions, and sizes: those of the array of each.
     """
     for name in names:
-        what, unit, get_curve = _CURVES[name]
-        a.curve(name, rows(get_curve), what, unit, over)
+        what, unit, get_curve = CURVES[name]
+        a.curve(name, np.array([get_curve(curves) for curves in cams]).reshape(sizes), what, unit, over)
 
 
 def state_rollers(a: Answer, cams: Iterable[Cam]) -> None:
@@ -66,6 +64,11 @@ def state_rollers(a: Answer, cams: Iterable[Cam]) -> None:
 def state_common_pressure_angle(a: Answer, follower_unit: str) -> None:
     """State the pressure angle that a follower commonly has, which turns (rad) or slides (m)."""
     a.curve("common_pressure_angle", COMMON[follower_unit], "usual upper limit of the pressure angle", "rad", "")
+
+
+def pad_orders(values: np.ndarray, count: int) -> np.ndarray:
+    """Return values (N,) of orders cut to a count, or filled up with what is not a number."""
+    return np.append(values[:count], np.full(max(0, count - len(values)), np.nan))
 
 
 def length_text(length: float | None) -> str:

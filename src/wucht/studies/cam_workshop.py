@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,10 +13,8 @@ from wucht.cams.cam import Cam
 from wucht.cams.drive import CamDrive, cam_drive_from, laws
 from wucht.cams.drive_cams import DriveCams
 from wucht.cams.shaft_motion import ShaftMotion
-from wucht.cams.workshop.cam_files import WorkshopCurve, WorkshopFile, write_cam_files, write_law_files
+from wucht.cams.workshop.cam_files import WorkshopFile, write_cam_files, write_law_files
 from wucht.cams.workshop.heading import Heading
-from wucht.cams.workshop.lists import Separator
-from wucht.cams.workshop.plc import Form
 from wucht.cams.workshop.points import PointList, chord_points
 from wucht.environment import date_of_files
 from wucht.errors import InputError
@@ -29,44 +26,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _CONTOUR_TOLERANCE = 1e-9  # of the cam's size: distance that points of a result may have from the contour computed anew
-_STROKE_TOLERANCE = 1e-5  # the tolerance of cam tables
+_STROKE_TOLERANCE = 1e-5  # of the stroke: the tolerance of cam tables
 _STROKE_SAMPLES = 4097
 _TABLES = ("law", "follower", "linkage")
-FORMS = (Form.CSV, Form.TWINCAT, Form.CODESYS)
-
-
-@dataclass(frozen=True)
-class FileOptions:
-    """Choices of files for the workshop.
-
-    Parameters
-    ----------
-    tolerance : float
-        Chord tolerance of lists and drawings, in m.
-    spacing : float
-        Longest chord, in m.
-    decimals : int
-        Of coordinates in mm.
-    forms : iterable of Form
-        Of the cam tables.
-    separator : Separator
-        Between the numbers of lists.
-    drawing : bool, optional
-        Whether there are DXF files; None: where the extra [cad] is installed.
-    table_tolerance : float, optional
-        Of the cam tables, in rad or m; by default 1e-5 of the stroke.
-    table_decimals : int
-        Of their positions in deg or mm.
-    """
-
-    tolerance: float
-    spacing: float
-    decimals: int
-    forms: Iterable[Form] = FORMS
-    separator: Separator = Separator.BLANK
-    drawing: bool | None = None
-    table_tolerance: float | None = None
-    table_decimals: int = 6
 
 
 def mill_points(cams: Mapping[str, Cam], tolerance: float, spacing: float) -> dict[str, PointList]:
@@ -75,7 +37,7 @@ def mill_points(cams: Mapping[str, Cam], tolerance: float, spacing: float) -> di
     Raises ``InputError`` (study.chord_tolerance, study.spacing).
     """
     try:
-        return {name: chord_points(WorkshopCurve(cam.contour), tolerance, spacing) for name, cam in cams.items()}
+        return {name: chord_points(cam.contour, tolerance, spacing) for name, cam in cams.items()}
     except InputError as error:
         key = "chord_tolerance" if error.location == "tolerance" else error.location
         raise InputError(f"study.{key}", error.value, error.explanation) from None
@@ -88,10 +50,14 @@ def check_points(cam: Cam, phi: np.ndarray, position: np.ndarray) -> None:
         raise InputError("result", None, reason, code="deviates")
 
 
-def write_files(cams: DriveCams, points: Mapping[str, PointList], folder: Path, options: FileOptions) -> list[WorkshopFile]:
+def write_files(
+    cams: DriveCams, points: Mapping[str, PointList], folder: Path, tolerance: float, spacing: float, decimals: int
+) -> list[WorkshopFile]:
     """Write the files of each cam at its points, and the cam tables of the law; read all of them back.
 
-    Raises ``InputError`` (SOURCE_DATE_EPOCH), and ``RunError`` where a file cannot be written or does not read back as written.
+    tolerance: of the chords of lists and drawings, and spacing: the longest chord, in m. decimals: of coordinates in mm. The
+    tables keep 1e-5 of the stroke. Raises ``InputError`` (SOURCE_DATE_EPOCH), and ``RunError`` where a file cannot be written
+    or does not read back as written.
     """
     stroke = float(np.ptp(cams.law(np.linspace(0, 2 * math.pi, _STROKE_SAMPLES))))
     heading = Heading(
@@ -99,15 +65,9 @@ def write_files(cams: DriveCams, points: Mapping[str, PointList], folder: Path, 
     )
     folder, files = prepare_folder(folder), list[WorkshopFile]()
     for name, cam in cams.cams.items():
-        files += write_cam_files(
-            folder, name, cam, points[name], options.tolerance, options.decimals, spacing=options.spacing,
-            separator=options.separator, drawing=options.drawing, heading=heading,
-        )  # fmt: skip
-    tolerance = _STROKE_TOLERANCE * stroke if options.table_tolerance is None else options.table_tolerance
-    return files + write_law_files(
-        folder, cams.law, cams.drive.motion_law.unit, tolerance, forms=options.forms, decimals=options.table_decimals,
-        heading=heading,
-    )  # fmt: skip
+        files += write_cam_files(folder, name, cam, points[name], tolerance, decimals, spacing=spacing, heading=heading)
+    table_tolerance = _STROKE_TOLERANCE * stroke
+    return files + write_law_files(folder, cams.law, cams.drive.motion_law.unit, table_tolerance, heading=heading)
 
 
 def _law_in_words(drive: CamDrive, stroke: float) -> str:

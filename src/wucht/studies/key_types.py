@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field
@@ -10,32 +10,11 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from wucht.earlier_names import present_engine
 from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE
 from wucht.schema import Unit
-
-
-def _validator(
-    is_allowed: Callable[[Any], bool], sentence: str, convert: Callable[[Any], Any] = lambda raw: raw
-) -> BeforeValidator:
-    """Validator of a raw value, with the sentence for forbidden values. convert: applied to the others."""
-
-    def validate(raw: Any) -> Any:
-        if not is_allowed(raw):
-            raise ValueError(sentence)
-        return convert(raw)
-
-    return BeforeValidator(validate)
-
-
-def _is_bool(raw: Any) -> bool:
-    return isinstance(raw, bool)
+from wucht.schema.key_values import TrueOrFalse, Value, Whole, is_bool, is_whole, validator
 
 
 def _is_list(raw: Any, of: type = object) -> bool:
     return isinstance(raw, list | tuple) and all(isinstance(one, of) for one in raw)
-
-
-def is_whole(raw: Any) -> bool:
-    """True for a whole number; 5.0, as given by ``--set``, is one."""
-    return not _is_bool(raw) and (isinstance(raw, int) or (isinstance(raw, float) and raw.is_integer()))
 
 
 def _is_path(raw: Any) -> bool:
@@ -52,21 +31,18 @@ def _check_order(raw: tuple[float, float]) -> tuple[float, float]:
     return raw
 
 
-_quantity = _validator(lambda raw: not _is_bool(raw), "must be a number, or a string with a unit")
-_start = _validator(
+_start = validator(
     lambda raw: isinstance(raw, Mapping), "must be a table: start = { BODY = ANGLE } or { BODY = { speed = SPEED } }", dict
 )
-_starts = _validator(
+_starts = validator(
     lambda raw: _is_list(raw, Mapping), "must be a list of tables: starts = [{ BODY = ANGLE }, ...]", _to_tables
 )
-_path = _validator(_is_path, "must be the path of a parameter, such as drive.slope")
-_values = _validator(_is_list, "must be a list of values of the parameter that along names", tuple)
-_pair = _validator(lambda raw: _is_list(raw) and len(raw) == 2, "must be a pair [low, high]", tuple)
-_whole = _validator(is_whole, "must be a whole number", int)
-_order = _validator(lambda raw: not _is_bool(raw) and raw in (1, 2), "must be 1 or 2: the order of the averaged equations", int)
-_inertia = _validator(_is_bool, "must be true or false: true keeps the inertia in the averaged equations")
+_path = validator(_is_path, "must be the path of a parameter, such as drive.slope")
+_values = validator(_is_list, "must be a list of values of the parameter that along names", tuple)
+_pair = validator(lambda raw: _is_list(raw) and len(raw) == 2, "must be a pair [low, high]", tuple)
+_order = validator(lambda raw: not is_bool(raw) and raw in (1, 2), "must be 1 or 2: the order of the averaged equations", int)
+_inertia = validator(is_bool, "must be true or false: true keeps the inertia in the averaged equations")
 
-Value = Annotated[float | str, _quantity]  # in the unit of a parameter of the subject
 Start = Annotated[dict[str, Any], _start, Field(title="initial state", description=(
     'angles and speeds at the start by the names of the bodies, `{ p1 = "0.3 rad" }`; by default at rest, hanging under gravity'
 ))]  # fmt: skip
@@ -75,7 +51,6 @@ Path = Annotated[str, _path, Field(title="path of a parameter")]
 Values = Annotated[tuple[Value, ...], _values, Field(title="values of the parameter")]
 Pair = Annotated[tuple[Value, Value], _pair, Field(title="pair [low, high] of the parameter")]
 Interval = Annotated[tuple[float, float], _pair, AfterValidator(_check_order)]  # of a quantity declared by ``si``
-Whole = Annotated[int, _whole]
 Order = Annotated[Literal[1, 2], _order, Field(description=(
     "order of the averaged equations, 1 or 2; they hold over times 1/epsilon, but for undamped librations of rotors or "
     "bodies over a few librations only"
@@ -89,7 +64,6 @@ BalancingBodies = Annotated[Literal["steady", "held"] | None, Field(description=
     "for each, whose phases are the same at all speeds (phases in `start` select the nearest one); "
     '`"held"`, at the phases of `start`, at all speeds. By default steady if these phases are known, else held with a warning'
 ))]  # fmt: skip
-TrueOrFalse = Annotated[bool, _validator(_is_bool, "must be true or false")]
 Tolerance = Annotated[
     float,
     BeforeValidator(Unit("", "tolerance").parse_quantity),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -22,15 +22,6 @@ from wucht.results.store import replace_file
 from wucht.studies.study_file import DEFAULT_KIND, StudyFile, machine_study, read_study, run_study
 from wucht.web.cards import card_of
 from wucht.web.live_page import PageText, live_page
-
-
-@dataclass(frozen=True)
-class _Judgement:
-    """label, sentence: of the verdict; end: of the run, in the machine's time."""
-
-    label: str
-    sentence: str
-    end: float
 
 
 def shared_page(
@@ -139,17 +130,17 @@ def study_page(study_file: StudyFile, page_text: PageText, is_judged: bool) -> s
     start = spec.start if not spec.starts else spec.starts[0]
     run = RunUpCase.of(machine, start, replace(spec.settings, model="full", inertia=None))
     description = study_file.document.get("machine")
-    judgement = _judgement(study_file) if is_judged else None
+    result = run_study(study_file) if is_judged else None
     text = replace(
         page_text,
         machine="" if description is None else toml_text({"title": machine.title, "machine": description}),
         study=_study_text(study_file),
         start=_start_text(with_default_start(machine, start)),  # as shown, whatever is changed in the page
         start_of_parts=_start_text({name: start[name] for name in owners(machine) if name in start}),
-        verdict=None if judgement is None else (judgement.label, judgement.sentence),
+        verdict=None if result is None else (str(result.wucht.summary["outcome"]), str(result.wucht.sentence)),
         file_keys=None if machine.dimensionless or description is None else given_keys(description),
     )
-    end = run.horizon.first if judgement is None else judgement.end
+    end = run.horizon.first if result is None else float(result["time"].values[-1])
     return live_page(run.machine, run.models[0].initial, end, run.horizon.span, text)
 
 
@@ -191,11 +182,6 @@ def _run_up_of(document: Document, path: Path, name: str, settings: Mapping[str,
     machine, description = machine_of(document, path, name, {k: v for k, v in settings.items() if k not in of_study})
     study_file = machine_study(name, machine, of_study)
     return replace(study_file, path=path, document=study_file.document | {"machine": description}), False
-
-
-def _judgement(study_file: StudyFile) -> _Judgement:
-    result = run_study(study_file)
-    return _Judgement(str(result.wucht.summary["outcome"]), str(result.wucht.sentence), float(result["time"].values[-1]))
 
 
 def _start_text(start: Mapping[str, Any]) -> str:

@@ -13,7 +13,7 @@ from wucht.cams.followers import flat_faced, oscillating_roller, translating_rol
 from wucht.cams.followers.flat_faced import FlatFaced, SmallestFlatFacedCam
 from wucht.cams.followers.oscillating_roller import CounterTable, OscillatingRoller
 from wucht.cams.followers.translating_roller import TranslatingRoller
-from wucht.cams.milled_cam import MilledCam
+from wucht.cams.milled_cam import milled_motion
 from wucht.cams.sizing.size_limits import CamLimits
 from wucht.cams.sizing.smallest_cam import SmallestCam
 from wucht.numerics.fourier_series import FourierSeries
@@ -160,5 +160,5 @@ def test_an_edge_lies_on_the_contour(clockwise: bool) -> None:
     edge = TranslatingRoller(distance=0.02, roller_radius=1.0).model_copy(update={"roller_radius": 0.0})
     phi = np.linspace(0.0, 6.0, 9)
     distance = off * np.cos(phi) + np.sqrt(radius**2 - (off * np.sin(phi)) ** 2)
-    motion = MilledCam(off + radius * np.exp(1j * at), edge, clockwise).motion(phi, distance - 0.02 + 1e-3)
+    motion = milled_motion(off + radius * np.exp(1j * at), edge, phi, distance - 0.02 + 1e-3, clockwise)
     assert motion == pytest.approx(distance - 0.02, abs=1e-8)

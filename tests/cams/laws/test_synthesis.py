@@ -168,11 +168,11 @@ def test_restrictions_that_contradict_each_other_are_infeasible():
 
 def test_what_must_give_way_and_by_how_much():
     ways = single_relaxations(3, CONTRADICTION)
-    assert {w.restriction.name for w in ways} == {"dwell", "top", "velocity"}
-    assert ways[0].restriction.name == "velocity"  # by 0.025 of 0.6: the least share
-    for way in ways:
+    assert {restriction.name for restriction, _ in ways} == {"dwell", "top", "velocity"}
+    assert ways[0][0].name == "velocity"  # by 0.025 of 0.6: the least share
+    for r, least in ways:
         for share, feasible in ((0.999, False), (1.001, True)):
-            r, by = way.restriction, share * way.by
+            by = share * least
             eased = [Band(b.name, b.order, b.begin, b.end, b.low - by, b.high + by) if b == r else b for b in CONTRADICTION]
             if feasible:
                 synthesise(3, eased, np.arange(1, 4) ** 2)

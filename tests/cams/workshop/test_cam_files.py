@@ -16,7 +16,6 @@ from wucht.cams.followers.roller_cam import RollerCam
 from wucht.cams.followers.translating_roller import TranslatingRoller
 from wucht.cams.workshop import cam_files
 from wucht.cams.workshop.cam_files import (
-    WorkshopCurve,
     WorkshopFile,
     _checked_file,
     _motion_deviation,
@@ -27,7 +26,6 @@ from wucht.cams.workshop.cam_files import (
 from wucht.cams.workshop.lists import Separator
 from wucht.cams.workshop.plc import Form
 from wucht.cams.workshop.points import PointList, chord_points
-from wucht.errors import RunError
 from wucht.numerics.fourier_series import FourierSeries
 
 RADIUS = 0.04
@@ -45,9 +43,7 @@ def around(count: int) -> PointList:
 
 
 def listed(path: Path, tolerance: float, decimals: int = 6) -> WorkshopFile:
-    return _write_point_list(
-        path / "a.txt", "circle", WorkshopCurve(circle), around(8), tolerance, decimals, Separator.BLANK, None
-    )
+    return _write_point_list(path / "a.txt", "circle", circle, around(8), tolerance, decimals, Separator.BLANK, None)
 
 
 def test_a_list_deviates_by_the_height_of_its_arcs(tmp_path: Path) -> None:
@@ -68,21 +64,16 @@ def test_what_a_file_may_deviate_by(tmp_path: Path) -> None:
         _checked_file(replace(file, deviation=1 + 1.1e-6))
 
 
-def test_the_motion_that_milled_points_make_is_compared_with_the_law(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The largest difference counts; without contact it is infinite."""
-    made: Any = SimpleNamespace(motion=lambda phi, guess: guess + 3e-5 * np.sin(phi))
-    monkeypatch.setattr(cam_files, "MilledCam", lambda position, follower, clockwise: made)
-    assert _motion_deviation(CAM, np.zeros(3)) == pytest.approx(3e-5, rel=1e-4)
-
-    def lost(*_: Any) -> Any:
-        raise RunError("no contact")
-
-    made.motion = lost
-    assert _motion_deviation(CAM, np.zeros(3)) == math.inf
+def test_the_motion_that_milled_points_make_is_compared_with_the_law() -> None:
+    """Points of a cam that lifts 3e-5 m more are off by that; without contact it is infinite."""
+    phi = np.arange(720) * math.pi / 360
+    higher = replace(CAM, law=FourierSeries.of(0.01 + 3e-5, [-0.006], [0.001]))
+    assert _motion_deviation(CAM, higher.contour(phi)) == pytest.approx(3e-5, rel=1e-4)
+    assert _motion_deviation(CAM, 0.2 + 0.001 * np.exp(-1j * phi)) == math.inf
 
 
 def written(path: Path, cam: Any, **more: Any) -> dict[str, WorkshopFile]:
-    points = chord_points(WorkshopCurve(cam.contour), 2e-5)
+    points = chord_points(cam.contour, 2e-5)
     return {f.path.name: f for f in write_cam_files(path, "cam", cam, points, 2e-5, 6, **{"drawing": False} | more)}
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.balancers.candidates import CandidateResults
-from wucht.dynamics.balancers.damping_optimum import DecayRates, damping_curve
+from wucht.dynamics.balancers.damping_optimum import damping_curve
 
 DAMPINGS = np.array([0.1, 0.2, 0.3, 0.4])
 
@@ -17,7 +17,7 @@ def curve(settling: list[float], captured: list[float]) -> float:
     objectives = np.column_stack([settling, np.zeros(4), np.zeros(4), captured])
     nothing = np.zeros(4)
     seen = CandidateResults(DAMPINGS[:, None], objectives, nothing, nothing[:, None], nothing > -1)
-    return damping_curve(DAMPINGS, seen, DecayRates(nothing, 0.25)).optimum
+    return damping_curve(DAMPINGS, seen, (nothing, 0.25)).optimum
 
 
 @pytest.mark.parametrize(

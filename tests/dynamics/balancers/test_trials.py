@@ -17,12 +17,11 @@ from wucht.dynamics.balancers.candidates import (
     SETTLING,
     BalancerTrials,
     CandidateResults,
-    TrialSettings,
     evaluate_batch,
     evaluate_candidates,
     power_of_two,
 )
-from wucht.dynamics.balancers.damping_optimum import DecayRates, compensated_state, damping_curve, decay_rate
+from wucht.dynamics.balancers.damping_optimum import compensated_state, damping_curve, decay_rate
 from wucht.dynamics.sampling.ensembles import MemberOutcomes
 from wucht.dynamics.sampling.searches import Variable
 from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES, OUTCOMES, RESONANCE_PASSED, Outcome
@@ -45,9 +44,9 @@ def machine() -> Any:
 
 
 def trials(fresh: bool = False, ends: tuple[float, float] = (0.0, 24e-3)) -> BalancerTrials:
-    settings = TrialSettings(SAMPLES, 3, {"d": {"angle": 0.5}}, None, 1, 1e-6)
+    runs: Any = SAMPLES, 3, {"d": {"angle": 0.5}}, None, 1, 1e-6
     variable = Variable("mass", "mass", ("p.mass", "q.mass"), 0.01, 0.2, "kg", "mass")
-    return BalancerTrials(settings, machine(), (variable,), "d.unbalance", ends, True, fresh)
+    return BalancerTrials(machine(), (variable,), "d.unbalance", ends, True, *runs, fresh)
 
 
 PASSED, CAPTURED, OPEN = (OUTCOMES.index(o) for o in (Outcome.COMPENSATED, Outcome.CAPTURED, Outcome.UNIDENTIFIED))
@@ -181,7 +180,7 @@ def test_the_curve_over_the_damping() -> None:
     objectives = np.column_stack([[1.0, 3.0, 4.0], np.zeros(3), np.zeros(3), [0.5, 0.25, 0.25]])
     nothing, dampings = np.zeros(3), np.array([0.1, 0.2, 0.3])
     results = CandidateResults(dampings[:, None], objectives, nothing, nothing[:, None], nothing > -1)
-    curve = damping_curve(dampings, results, DecayRates(np.array([7.0, 8.0, 9.0]), 0.25))
+    curve = damping_curve(dampings, results, (np.array([7.0, 8.0, 9.0]), 0.25))
     assert (curve.settling_time.tolist(), curve.share_through.tolist()) == ([1.0, 3.0, 4.0], [0.5, 0.75, 0.75])
     assert (curve.rate.tolist(), curve.optimum, curve.rate_optimum) == ([7.0, 8.0, 9.0], 0.2, 0.25)
     assert curve.damping.tolist() == dampings.tolist()

@@ -55,15 +55,15 @@ def test_the_best_near_a_candidate(monkeypatch: pytest.MonkeyPatch, metric: int)
 
     monkeypatch.setattr(design_trials, "spectrum_distances", distances)
     shares = list[float]()
-    found = trials(metric).optimise(np.array([3.0, 3.0]), TARGET, 200, shares.append)
-    assert found.numbers == pytest.approx([2.5, 10.0], rel=1e-5) and found.distance == pytest.approx(0.0, abs=1e-6)
+    numbers, distance = trials(metric).optimise(np.array([3.0, 3.0]), TARGET, 200, shares.append)
+    assert numbers == pytest.approx([2.5, 10.0], rel=1e-5) and distance == pytest.approx(0.0, abs=1e-6)
     assert shares[:3] == [0.0, 1 / 200, 2 / 200] and max(shares) <= 1.0
     tried.clear()
     trials(metric).optimise(np.array([4.0, 1.0]), TARGET, 3, shares.append)
     first = np.array(tried[:3])
     assert first[:, 0] == pytest.approx([4.0, 3.9, 4.0]) and first[:, 1] == pytest.approx([1.0, 1.0, 100**0.05])
-    few = trials(metric).optimise(np.array([9.0, 1.0]), TARGET, 1, shares.append)
-    assert few.distance == 1e3 and few.numbers[0] == pytest.approx(4.0), "nothing beats there; a start outside is moved in"
+    numbers, distance = trials(metric).optimise(np.array([9.0, 1.0]), TARGET, 1, shares.append)
+    assert distance == 1e3 and numbers[0] == pytest.approx(4.0), "nothing beats there; a start outside is moved in"
 
 
 @pytest.mark.parametrize(

@@ -13,9 +13,9 @@ from tests.refusals import failed, rejected
 
 from wucht.numerics.collocation.boundary_values import (
     BoundaryValueProblem,
-    EndConditions,
     EndValues,
     Reference,
+    end_conditions,
     end_value,
     start_value,
 )
@@ -148,7 +148,7 @@ def test_a_parameter_that_is_found_with_the_solution() -> None:
 
 def test_derivatives_of_conditions_are_those_of_differences() -> None:
     system = System((U, V), (V, U), (L, P))
-    ends = EndConditions.of(
+    ends = end_conditions(
         system, ["p"], {"load": 2.0}, [start_value(U) ** 2 - L * P, sp.sin(end_value(V)) * start_value(V) + P**3]
     )
     u = np.array([0.3, -0.7, 0.2, 1.1, 0.4])

@@ -68,7 +68,7 @@ def test_what_one_parameter_shows(located: tuple[Equilibrium, ...]) -> None:
         np.testing.assert_allclose(point.unknowns, unknowns, rtol=0, atol=5e-6)
         assert point.parameter == pytest.approx(unknowns[3], abs=1e-6)
         form = hopf_form(one, point.unknowns, point.frequency) if kind == "hopf" else None
-        got = form.l1 * form.frequency if form else fold_form(one, point.unknowns).a
+        got = form.l1 * form.frequency if form else fold_form(one, point.unknowns)[0]
         assert got == pytest.approx(coefficient, rel=3e-4)
 
 

@@ -13,7 +13,7 @@ import sympy as sp
 from wucht.numerics.phase_plane import fixed_points
 from wucht.numerics.phase_plane.closed_curves import ClosedCurve, last_lap
 from wucht.numerics.phase_plane.fixed_points import kind_of, window_around
-from wucht.numerics.phase_plane.phase_curves import Portrait, _Trap
+from wucht.numerics.phase_plane.phase_curves import Portrait
 from wucht.numerics.phase_plane.plane import TURN, Plane
 from wucht.system import System
 
@@ -164,11 +164,6 @@ def test_a_larger_box_with_very_many_fixed_points_is_not_shown(monkeypatch: pyte
         return [float(computed[0][0]), float(computed[1][0])]
 
     assert within(21) == pytest.approx([4.5, 13.5]) and within(20) == pytest.approx([450.0, 1350.0])
-
-
-def test_a_trap_holds_an_ellipse() -> None:
-    trap = _Trap(np.array([[4.0, 1.0], [1.0, 1.0]]))
-    assert trap.holds(np.array([[0.5, 0.51, 0.5, -0.5], [0.0, 0.0, 0.1, 0.9]])).tolist() == [True, False, False, True]
 
 
 def test_a_curve_ends_where_it_leaves_the_window_or_arrives_first(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,8 +12,11 @@ import pytest
 import xarray as xr
 from tests.refusals import check_refusal, refused
 
+<<<<<<< HEAD
 from wucht import CamContour, report, run
 from wucht.cams.workshop.cam_files import WorkshopCurve
+=======
+>>>>>>> line-r
 from wucht.cams.workshop.points import chord_deviation
 from wucht.studies.cam_contour.export import drive_of, points_to_mill
 
@@ -84,9 +87,7 @@ def test_an_eccentric_circle_is_one_all_the_way_round(circle: xr.Dataset) -> Non
 def test_points_to_mill_keep_the_chord_tolerance(circle: xr.Dataset) -> None:
     result = run(CamContour(chord_tolerance="20 um", spacing="1 m"), given.drive(**given.eccentric(90)))
     points = points_to_mill(result, "cam")
-    deviation = chord_deviation(
-        WorkshopCurve(drive_of(result).make_cams(drive_of(result).motion_law.function)["cam"].contour), points.phi
-    )
+    deviation = chord_deviation(drive_of(result).make_cams(drive_of(result).motion_law.function)["cam"].contour, points.phi)
     kept = 20e-6
     assert 0.5 * kept < deviation <= kept
     assert result.wucht.summary["cams"]["cam"]["points_to_mill"] == len(points.phi)

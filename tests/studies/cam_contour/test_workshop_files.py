@@ -14,7 +14,7 @@ from tests import refusals
 
 from wucht import CamContour, load, run, run_file
 from wucht.cams.laws import Law
-from wucht.cams.workshop.lists import Separator, read_list
+from wucht.cams.workshop.lists import read_list
 from wucht.cams.workshop.plc import Form, SlaveUnit, read_cam_table
 from wucht.studies.cam_contour.export import drive_of, points_to_mill, write_workshop
 from wucht.studies.registry import studies
@@ -27,8 +27,8 @@ def test_lists_and_tables_of_a_pair(tmp_path: Path) -> None:
     follower = given.FOLLOWER | {"counter": given.COUNTER}
     run(CamContour(chord_tolerance="5 um"), given.drive(given.FIVE, follower), folder=tmp_path / "run")
     result = load(tmp_path / "run" / "result.nc")
-    files = {f.path.name: f for f in write_workshop(result, tmp_path / "mill", drawing=False, separator=Separator.SEMICOLON)}
-    assert set(files) == {
+    files = {f.path.name: f for f in write_workshop(result, tmp_path / "mill")}
+    assert {name for name in files if not name.endswith(".dxf")} == {
         "cam.txt", "cam-pitch.txt", "counter.txt", "counter-pitch.txt", "law.csv", "law.TcGVL.txt", "law.codesys.txt",
     }  # fmt: skip
     assert {p.name for p in (tmp_path / "mill").iterdir()} == set(files)
@@ -59,13 +59,13 @@ def test_drawings_of_a_rod_and_a_groove(tmp_path: Path) -> None:
     ):
         folder = tmp_path / str(follower["kind"])
         result = run(CamContour(chord_tolerance="20 um"), given.drive(law, follower))
-        files = write_workshop(result, folder, drawing=True, forms=[Form.CODESYS_ASCII])
+        files = write_workshop(result, folder)
         assert sorted(f.path.name for f in files if f.path.suffix == ".dxf") == drawn
         assert all(f.deviation <= f.allowed_deviation * (1 + 1e-6) for f in files)
         motions = [f.motion for f in files if f.motion is not None]
         assert len(motions) == len(drawn)
         assert max(motions) < 5e-6
-        assert files[-1].path.name == "law.ascii.txt"
+        assert files[-1].path.name == "law.codesys.txt"
         assert files[-1].unit == ("m" if follower is not groove else "rad")
 
 

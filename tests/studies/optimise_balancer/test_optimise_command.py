@@ -72,7 +72,7 @@ def test_the_file_of_the_catalogue_gives_what_its_notes_say() -> None:
     assert 1.05e-4 < s["damping"]["optimum"] < 1.35e-4
     assert any(p["objectives"]["residual"] == 0 for p in s["front"])
     trials = study.spec.prepare(study.subject)[0].as_it_is
-    fresh = replace(trials, settings=replace(trials.settings, samples=256), stream=77)
+    fresh = replace(trials, samples=256, stream=77)
     rows = [r for r in s["compared"] if r["fails"] == 0]
     numbers = np.array([[r["parameters"][v.name] for v in trials.variables] for r in rows])
     runs = evaluate_runs(fresh, "full", numbers, lambda _share: None)[1]

@@ -11,7 +11,7 @@ from pydantic import Field, StrictBool, model_validator
 
 from wucht.cams.cam import Cam
 from wucht.cams.followers.follower import Outline
-from wucht.cams.followers.roller_cam import ConjugateCams, RollerCam, RollerFollower
+from wucht.cams.followers.roller_cam import RollerCam, RollerFollower
 from wucht.cams.laws import Law
 from wucht.cams.sizing.layout import Layout
 from wucht.cams.sizing.size_limits import CamLimits, Size, SizedCam
@@ -62,8 +62,8 @@ class OscillatingRoller(RollerFollower):
         if (c := self.counter) is None:
             return super().make_cams(law)
         counter_follower = OscillatingRoller(pivot=self.pivot, arm=c.arm, roller_radius=c.roller_radius, angle=c.angle)
-        pair = conjugate_cams(law, self, counter_follower, self.clockwise)
-        return {"cam": pair.cam, "counter": pair.counter}
+        cam, counter_cam = conjugate_cams(law, self, counter_follower, self.clockwise)
+        return {"cam": cam, "counter": counter_cam}
 
     def place(self, value: np.ndarray) -> np.ndarray:
         """See ``RollerFollower``."""
@@ -127,7 +127,9 @@ class OscillatingRoller(RollerFollower):
         return self.model_copy(update={"pivot": abs(centre), "angle": angle})
 
 
-def conjugate_cams(law: Law, follower: OscillatingRoller, counter: OscillatingRoller, clockwise: bool = False) -> ConjugateCams:
+def conjugate_cams(
+    law: Law, follower: OscillatingRoller, counter: OscillatingRoller, clockwise: bool = False
+) -> tuple[RollerCam, RollerCam]:
     """Return the cam of a lever and the counter cam of another arm of the same lever.
 
     law: of the lever, in rad. counter: the other arm, with its length, roller and angle where the law is zero; about the
@@ -153,7 +155,7 @@ def conjugate_cams(law: Law, follower: OscillatingRoller, counter: OscillatingRo
             f"{fault}: {angles}; one must be between -180 and 0 deg, the other between 0 and 180 deg, all the way round"
         )
         raise InputError("follower.counter.angle", counter.angle, requirement)
-    return ConjugateCams(RollerCam(law, follower, clockwise), RollerCam(law, counter, clockwise))
+    return RollerCam(law, follower, clockwise), RollerCam(law, counter, clockwise)
 
 
 def _wrapped_degrees(angle: float) -> float:

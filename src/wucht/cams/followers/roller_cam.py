@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
@@ -15,6 +14,7 @@ from wucht.cams.followers.follower import Follower
 from wucht.cams.laws import Law
 from wucht.cams.milled_cam import EXACT, MOST_STEPS, MilledContour, dot
 from wucht.cams.undercut import EDGE, CutAway, RadiusAt, Side, is_on_arcs, least_radius
+from wucht.cams.workshop.closed_curve import CamCurve
 from wucht.errors import InputError, RunError
 from wucht.numerics.angles import arcs_below_zero
 
@@ -105,7 +105,7 @@ class RollerCam(Cam):
         return 1 / self.roller_radius
 
     @property
-    def pitch_curve(self) -> Callable[[np.ndarray, int], np.ndarray]:
+    def pitch_curve(self) -> CamCurve:
         """See ``Cam``."""
         return self.pitch
 
@@ -225,11 +225,3 @@ class RollerCam(Cam):
                 f"take a roller radius of at most {format_length(value_past_limit(largest.radius, -1))}, or a larger cam{key}"
             )
             raise InputError("follower.roller_radius", self.roller_radius, f"{fault}: {remedy}")
-
-
-@dataclass(frozen=True)
-class ConjugateCams:
-    """cam, counter: on one shaft; their levers are rigidly joined and move by one law."""
-
-    cam: RollerCam
-    counter: RollerCam

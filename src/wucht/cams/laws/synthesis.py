@@ -320,27 +320,17 @@ def _violations(band: Band, law: FourierSeries, widening: float) -> np.ndarray:
     return np.asarray(at[beyond > tolerance])
 
 
-@dataclass(frozen=True)
-class Relaxation:
-    """restriction: the one to relax. by: the amount, in its unit."""
-
-    restriction: Restriction
-    by: float
-
-
-def single_relaxations(count: int, restrictions: Sequence[Restriction]) -> tuple[Relaxation, ...]:
-    """Return the relaxations of single restrictions that remove a contradiction, the smallest first.
+def single_relaxations(count: int, restrictions: Sequence[Restriction]) -> tuple[tuple[Restriction, float], ...]:
+    """Return the relaxations of single restrictions that remove a contradiction, each with its amount, the smallest first.
 
     Smallest: as a share of the bound. Empty where more than one restriction must be relaxed.
     """
-    relaxations = list[Relaxation]()
+    relaxations = list[tuple[Restriction, float]]()
     strict_restrictions = [replace(r, is_widened=False) for r in restrictions]
     for k, restriction in enumerate(strict_restrictions):
         alone = [*strict_restrictions[:k], replace(restriction, is_widened=True), *strict_restrictions[k + 1 :]]
         try:
-            relaxations.append(Relaxation(restriction, synthesise(count, alone).widening))
+            relaxations.append((restriction, synthesise(count, alone).widening))
         except (InfeasibleError, RunError):
             continue
-    return tuple(
-        sorted(relaxations, key=lambda relaxation: relaxation.by / (relaxation.restriction.size or relaxation.by or 1.0))
-    )
+    return tuple(sorted(relaxations, key=lambda way: way[1] / (way[0].size or way[1] or 1.0)))

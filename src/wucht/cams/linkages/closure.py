@@ -271,29 +271,6 @@ class LeverMotion:
         return self.linkage.transmission_angle(self(phi))
 
 
-@dataclass(frozen=True, eq=False)
-class OutputMotion:
-    """The output's motion psi(phi), a law, that a lever makes which moves by a law rho(phi).
-
-    The lever may pass positions in line with the rod, where the output turns back. Raises ``InputError`` (linkage) where it
-    could not move the output any more: that rho, and the range it must stay in.
-    """
-
-    lever_law: Law
-    linkage: Linkage
-
-    def __post_init__(self) -> None:
-        self.linkage.output_derivatives(_extremes(self.lever_law))
-
-    def __call__(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
-        """The derivative by phi of an order from 0 to 3, at angles in rad of any shape."""
-        return _chained_derivative(self.linkage.output_derivatives, self.lever_law, phi, order)
-
-    def transmission_angle(self, phi: np.ndarray | float) -> np.ndarray:
-        """Return the transmission angle of the linkage (``Linkage.transmission_angle``), at cam angles of any shape."""
-        return self.linkage.transmission_angle(self.lever_law(phi))
-
-
 def _chained_derivative(
     derivatives: Callable[[np.ndarray], np.ndarray], law: Law, phi: np.ndarray | float, order: int
 ) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from wucht.cams.laws.cone_programme import InfeasibleError
-from wucht.cams.laws.synthesis import Band, Cap, Relaxation, Restriction, Synthesis, single_relaxations, synthesise
+from wucht.cams.laws.synthesis import Band, Cap, Restriction, Synthesis, single_relaxations, synthesise
 from wucht.cams.tables.motion_law import LawTable, Position, SeriesMotionLaw, read_output
 from wucht.errors import InputError, RunError
 from wucht.numerics.fourier_series import FourierSeries
@@ -225,7 +225,7 @@ def _checked_synthesis(
 def _contradiction(count: int, restrictions: Sequence[Restriction], unit: str) -> InputError:
     """Return the error that names possible relaxations, their amounts, and a sufficient number of harmonics."""
     relaxations = single_relaxations(count, restrictions)
-    remedies = [f"{relaxation.restriction.name} alone by {_amount(relaxation, unit)}" for relaxation in relaxations]
+    remedies = [f"{restriction.name} alone by {_amount(restriction, by, unit)}" for restriction, by in relaxations]
     gives = f"relax {', or '.join(remedies)}" if remedies else "more than one of them must be relaxed"
     more = _enough_harmonics(count, restrictions)
     enough = f"; {more} harmonics are enough" if more else ""
@@ -248,9 +248,9 @@ def _is_feasible(count: int, restrictions: Sequence[Restriction]) -> bool:
     return True
 
 
-def _amount(relaxation: Relaxation, unit: str) -> str:
-    quantity, order = (math.degrees(relaxation.by), "deg") if unit == "rad" else (1e3 * relaxation.by, "mm"), 0
-    if isinstance(relaxation.restriction, Band):
-        order = relaxation.restriction.order
+def _amount(restriction: Restriction, by: float, unit: str) -> str:
+    quantity, order = (math.degrees(by), "deg") if unit == "rad" else (1e3 * by, "mm"), 0
+    if isinstance(restriction, Band):
+        order = restriction.order
     by_angle = ("", "/rad", "/rad^2", "/rad^3")[order]
     return f"{quantity[0]:.3g} {quantity[1]}{by_angle}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -12,7 +12,7 @@ import numpy as np
 
 from wucht.cams.cam import Cam
 from wucht.cams.laws import Law
-from wucht.cams.milled_cam import MilledCam
+from wucht.cams.milled_cam import milled_motion
 from wucht.cams.workshop.closed_curve import CamCurve, curve_distances
 from wucht.cams.workshop.dxf import read_back, write_dxf
 from wucht.cams.workshop.heading import Heading
@@ -36,17 +36,6 @@ _ANGLES = 720  # at which the motion that milled points make is compared with th
 _EXACT = 1e-6  # of an allowed deviation: arithmetic
 _SUFFIX = {Form.CSV: ".csv", Form.TWINCAT: ".TcGVL.txt", Form.CODESYS: ".codesys.txt", Form.CODESYS_ASCII: ".ascii.txt"}
 COLUMNS = ("phi", "x", "y", "nx", "ny")
-
-
-@dataclass(frozen=True)
-class WorkshopCurve:
-    """A curve of a cam, contour or pitch curve, as used for the workshop."""
-
-    curve: Callable[[np.ndarray, int], np.ndarray]
-
-    def __call__(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
-        """See ``CamCurve``."""
-        return self.curve(np.asarray(phi, float), order)
 
 
 @dataclass(frozen=True)
@@ -88,15 +77,14 @@ def write_cam_files(
     installed. heading: of the cam, for each file. Raises ``RunError`` where a file cannot be written, or deviates from its
     content, and ``InputError`` as its parts do.
     """
-    contour = WorkshopCurve(cam.contour)
     cam_name = name if heading is None or not heading.cam_version else f"{heading.cam_version} {name}"
 
     def write_points(file: str, content: str, curve: CamCurve, at: PointList, cam: Cam | None) -> WorkshopFile:
         return _write_point_list(folder / file, content, curve, at, tolerance, decimals, separator, cam, heading)
 
-    files = [write_points(f"{name}.txt", f"contour of the {cam_name}", contour, points, cam)]
+    files = [write_points(f"{name}.txt", f"contour of the {cam_name}", cam.contour, points, cam)]
     # Of an edge, a roller of the radius 0, the pitch curve is the contour.
-    pitch = None if cam.outer or not cam.roller_radius or cam.pitch_curve is None else WorkshopCurve(cam.pitch_curve)
+    pitch = None if cam.outer or not cam.roller_radius else cam.pitch_curve
     if pitch is not None and cam.roller_radius is not None:
         pitch_points = chord_points(pitch, tolerance, spacing)
         content = f"pitch curve of the {cam_name}, roller radius {1e3 * cam.roller_radius:.12g} mm"
@@ -105,8 +93,8 @@ def write_cam_files(
         roller = cam.roller_radius if pitch is not None else None
         base = float(valleys(lambda phi: np.abs(cam.contour(phi)))[1].min())
         path = folder / f"{name}.dxf"
-        write_dxf(path, contour, tolerance, pitch, base, roller, heading)
-        lines = read_back(path, contour, pitch)
+        write_dxf(path, cam.contour, tolerance, pitch, base, roller, heading)
+        lines = read_back(path, cam.contour, pitch)
         worst = max(one.deviation for one in lines)
         content, count = f"drawing of the {cam_name}", sum(line.count for line in lines)
         files.append(_checked_file(WorkshopFile(path, content, count, worst, tolerance)))
@@ -139,7 +127,7 @@ def _motion_deviation(cam: Cam, position: np.ndarray) -> float:
     phi = even_angles(_ANGLES)
     law_values = cam.law(phi)
     try:
-        motion = MilledCam(position, cam.follower, cam.clockwise).motion(phi, law_values)
+        motion = milled_motion(position, cam.follower, phi, law_values, cam.clockwise)
     except RunError:
         return math.inf
     return float(np.abs(motion - law_values).max())

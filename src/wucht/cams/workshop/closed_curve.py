@@ -26,7 +26,7 @@ _SHARE = 0.99  # of the tolerance is used: the error is only evaluated between 1
 class CamCurve(Protocol):
     """A smooth closed curve over the parameter phi, of period 2 pi, traversed either way, without double points."""
 
-    def __call__(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
+    def __call__(self, phi: np.ndarray, order: int = 0) -> np.ndarray:
         """x + i y in m, or its derivative by phi of order 1 or 2, complex, at parameters in rad of any shape."""
         ...
 

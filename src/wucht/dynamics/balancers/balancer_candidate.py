@@ -97,7 +97,7 @@ class BalancerCandidate:
 
 def verify_candidate(trials: BalancerTrials, numbers: np.ndarray, report: Report) -> FullCheck:
     """Check a candidate (k,) in the full equations, from other phases: the search has adapted it to those of its runs."""
-    fresh = fresh_trials(trials, CHECK_SAMPLES * trials.settings.samples, CHECK_STREAM)
+    fresh = fresh_trials(trials, CHECK_SAMPLES * trials.samples, CHECK_STREAM)
     evaluation, runs = evaluate_runs(fresh, "full", numbers[None], subprogress(report, 0.0, _RUNS))
     residuals, machine = list[float](), trials.candidate_machine(numbers.tolist())
     for end in dict.fromkeys(trials.ends):

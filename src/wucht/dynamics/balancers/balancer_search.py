@@ -78,7 +78,7 @@ class BalancerSearch:
         the front."""
         curve = 0 if self.curve is None else len(self.curve[1])
         check_count = CHECK_SAMPLES * (1 + min(self.points, self.candidates))
-        return self.as_it_is.settings.samples * (1 + curve + self.candidates + check_count)
+        return self.as_it_is.samples * (1 + curve + self.candidates + check_count)
 
     @property
     def shares(self) -> tuple[float, float, float, float]:
@@ -86,7 +86,7 @@ class BalancerSearch:
 
         Each unit of work counts as much: a few runs take nearly as long as those that fill the batches.
         """
-        samples = self.as_it_is.settings.samples
+        samples = self.as_it_is.samples
         search = len(self.trials) * self.generations * units_of_work(self.population, samples)
         curve = 0 if self.curve is None else units_of_work(len(self.curve[1]), samples)
         sizes = np.cumsum([2, curve, search, min(self.points, self.candidates)])
@@ -144,14 +144,14 @@ class BalancerSearch:
             return evaluation.objectives[:, columns], self.eligible(evaluation, as_it_is)
 
         first = self._first_generation(count)
-        for number in generations(self.generations, first, len(columns), self.as_it_is.settings.seed, value):
+        for number in generations(self.generations, first, len(columns), self.as_it_is.seed, value):
             yield results[number]
 
     def _first_generation(self, count: int) -> np.ndarray:
         """Return the first generation (P, k): scrambled Sobol' points, and the machine as it is where the ranges have it."""
         from scipy.stats import qmc
 
-        variables, random = self.trials[count].variables, np.random.default_rng([self.as_it_is.settings.seed, count])
+        variables, random = self.trials[count].variables, np.random.default_rng([self.as_it_is.seed, count])
         shares = qmc.Sobol(len(variables), scramble=True, rng=random).random(power_of_two(self.population))[: self.population]
         machine_shares = np.array([v.share(x) for v, x in zip(variables, self.numbers, strict=True)])
         if ((machine_shares >= 0) & (machine_shares <= 1)).all():
@@ -256,7 +256,7 @@ class BalancerSearch:
         (dampings, beside), present = self.best_dampings(curve), self.present
         checks = {present: as_it_is.check} | {p.design: p.check for p in front}
         runs_of_check = {design: check.runs for design, check in checks.items() if check is not None}
-        entrants, samples = self._luckiest(evaluations, as_it_is), self.as_it_is.settings.samples
+        entrants, samples = self._luckiest(evaluations, as_it_is), self.as_it_is.samples
         return recommend(self.groups, runs_of_check, entrants, dampings, present, beside, samples, work)
 
     def evaluate_recommended(

@@ -153,56 +153,51 @@ class SettlingRuns:
 
 
 @dataclass(frozen=True)
-class TrialSettings:
-    """Settings of a candidate's runs. samples: their number. seed: of the bodies' phases. start: the rest of the start, as in
-    a study file. until: the duration of each, None until it has settled. order: of averaged equations."""
+class BalancerTrials:
+    """Evaluation of the candidates of a machine: the variables, the rotor's unbalance, the runs of each.
 
+    unbalance: path of the parameter that is varied from run to run; ends: its least and greatest value. inertia: True if
+    averaged equations keep the bodies' inertia. samples: number of runs. seed: of the bodies' phases. start: the rest of the
+    start, as in a study file. until: the duration of each run, None until it has settled. order: of averaged equations. stream:
+    of the random phases; runs of another one start from other phases.
+    """
+
+    machine: Machine
+    variables: tuple[Variable, ...]
+    unbalance: str
+    ends: tuple[float, float]
+    inertia: bool
     samples: int
     seed: int
     start: Mapping[str, Any]
     until: float | None
     order: Literal[1, 2]
     tolerance: float
-
-
-@dataclass(frozen=True)
-class BalancerTrials:
-    """Evaluation of the candidates of a machine: the variables, the rotor's unbalance, the runs of each.
-
-    unbalance: path of the parameter that is varied from run to run; ends: its least and greatest value. inertia: True if
-    averaged equations keep the bodies' inertia. stream: of the random phases; runs of another one start from other phases.
-    """
-
-    settings: TrialSettings
-    machine: Machine
-    variables: tuple[Variable, ...]
-    unbalance: str
-    ends: tuple[float, float]
-    inertia: bool
     stream: int = 0
 
     @property
     def spread(self) -> np.ndarray:
         """Values of the unbalance's parameter (M,) in the runs of a candidate."""
         if self.ends[0] == self.ends[1]:
-            return np.full(self.settings.samples, self.ends[0])
-        return np.linspace(*self.ends, self.settings.samples)
+            return np.full(self.samples, self.ends[0])
+        return np.linspace(*self.ends, self.samples)
 
     @property
     def phases(self) -> np.ndarray:
         """Phases (b, M) of the bodies about the main rotor in the runs of a candidate: the same for all candidates."""
-        return phases(self.machine, self.settings.samples, [self.settings.seed, self.stream])
+        return phases(self.machine, self.samples, [self.seed, self.stream])
 
     def question(self, model: Literal["full", "slow"]) -> EnsembleQuestion:
         """Return the ensemble question: the machine, the varied parameters and the model of the runs."""
-        s = self.settings
         paths = tuple(values_at(self.machine, self.variables, [v.low for v in self.variables]))
         varied_paths = tuple(dict.fromkeys((*paths, self.unbalance)))
-        return EnsembleQuestion(self.machine, varied_paths, model, self.inertia, s.order, s.until, tolerance=s.tolerance)
+        return EnsembleQuestion(
+            self.machine, varied_paths, model, self.inertia, self.order, self.until, tolerance=self.tolerance
+        )
 
     def starts(self, machine: Machine) -> np.ndarray:
         """Return the states (n, M) in which the runs of a candidate begin."""
-        begin, at = initial_state(machine, self.settings.start), self.phases
+        begin, at = initial_state(machine, self.start), self.phases
         starts = np.repeat(begin[:, None], at.shape[1], axis=1)
         rotor = begin[machine.row(machine.rotor.coordinate.position)]
         starts[[machine.row(b.coordinate.position) for b in machine.group(machine.rotor)[1:]]] = rotor + at
@@ -309,7 +304,7 @@ def evaluate_candidates(
     trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, work: Work, label: str
 ) -> CandidateResults:
     """Evaluate candidates (P, k) of the variables, several as one unit of work. label: of the candidates, for the progress."""
-    size = candidates_a_unit(trials.settings.samples)
+    size = candidates_a_unit(trials.samples)
     parts = {f"candidate {first}": numbers[first : first + size] for first in range(0, len(numbers), size)}
     results = dict(work.units({name: partial(evaluate_batch, trials, model, rows) for name, rows in parts.items()}, label))
     return CandidateResults.join([results[name] for name in parts])
@@ -326,7 +321,7 @@ def evaluate_runs(
     trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, report: Report
 ) -> tuple[CandidateResults, SettlingRuns]:
     """Evaluate candidates (P, k) of the variables in one ensemble of runs; return their runs, too."""
-    count, m = len(numbers), trials.settings.samples
+    count, m = len(numbers), trials.samples
     objectives, outcomes, error = np.full((count, 4), np.nan), np.zeros((count, len(OUTCOMES))), np.full(count, np.nan)
     times, outcome, is_allowed = np.full((count, m), np.inf), np.full((count, m), _FAILURE, np.int8), np.zeros(count, bool)
     for i, machine, runs in _runs_of_candidates(trials, model, numbers, report):
@@ -345,7 +340,7 @@ def _runs_of_candidates(
     trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, report: Report
 ) -> list[tuple[int, Machine, MemberOutcomes]]:
     """Return index, machine and runs of each candidate (P, k) that the machine's parts allow."""
-    m = trials.settings.samples
+    m = trials.samples
     feasible = [(i, machine) for i, row in enumerate(numbers.tolist()) if (machine := _machine(trials, row)) is not None]
     if not feasible:
         return []

@@ -71,14 +71,6 @@ def decay_rate(machine: Machine, states: Sequence[State] | None = None) -> float
 
 
 @dataclass(frozen=True)
-class DecayRates:
-    """Slowest decay rate (N,) of small deviations (linearised averaged equations), and the damping where it is greatest."""
-
-    values: np.ndarray
-    greatest_at: float
-
-
-@dataclass(frozen=True)
 class DampingCurve:
     """Median settling time over the damping (N,) of the bodies, the share of the runs that pass the resonance, and the slowest
     rate at which small deviations decay. optimum: the damping of the shortest settling time; rate_optimum: that of the
@@ -113,28 +105,30 @@ def curve_trials(trials: BalancerTrials) -> tuple[BalancerTrials, np.ndarray] | 
     return replace(trials, variables=(only,)), np.geomspace(low, high, _CURVE)
 
 
-def damping_curve(dampings: np.ndarray, results: CandidateResults, rates: DecayRates) -> DampingCurve:
-    """Return the curve from the runs of a machine with the dampings (N,), and its rates."""
+def damping_curve(dampings: np.ndarray, results: CandidateResults, rates: tuple[np.ndarray, float]) -> DampingCurve:
+    """Return the curve from the runs of a machine with the dampings (N,); rates: see ``decay_rates``."""
     settling, through = results.objectives[:, SETTLING], 1 - results.objectives[:, CAPTURE]
     # Settling times of the few runs that pass are not representative.
     most = np.where(through >= through.max(), settling, np.nan)
     optimum = float(dampings[np.nanargmin(most)]) if np.isfinite(most).any() else np.nan
-    return DampingCurve(dampings, settling, through, rates.values, optimum, rates.greatest_at)
+    return DampingCurve(dampings, settling, through, rates[0], optimum, rates[1])
 
 
-def decay_rates(trials: BalancerTrials, dampings: np.ndarray) -> DecayRates:
-    """Return the decay rates for the dampings (N,), the only variable of ``trials``; nan without averaged equations."""
+def decay_rates(trials: BalancerTrials, dampings: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return the slowest decay rates (N,) of small deviations, and the damping where they are greatest.
 
+    They are of the linearised averaged equations, nan without these. dampings (N,): the only variable of ``trials``.
+    """
     try:
         states = states_at_speed(trials.machine)
     except InputError:
-        return DecayRates(np.full(len(dampings), np.nan), np.nan)
+        return np.full(len(dampings), np.nan), np.nan
 
     def rate(damping: float) -> float:
         return decay_rate(trials.candidate_machine([damping]), states)
 
     rates = np.array([rate(b) for b in dampings.tolist()])
-    return DecayRates(rates, _damping_of_fastest_decay(rate, dampings, rates))
+    return rates, _damping_of_fastest_decay(rate, dampings, rates)
 
 
 def _damping_of_fastest_decay(rate: Callable[[float], float], dampings: np.ndarray, rates: np.ndarray) -> float:

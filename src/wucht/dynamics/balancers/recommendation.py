@@ -126,7 +126,7 @@ class _Evaluation:
 
 def fresh_trials(trials: BalancerTrials, samples: int, stream: int) -> BalancerTrials:
     """Return trials with other runs: their number, and the stream of their random phases."""
-    return replace(trials, settings=replace(trials.settings, samples=samples), stream=stream)
+    return replace(trials, samples=samples, stream=stream)
 
 
 def _settling_runs(trials: BalancerTrials, numbers: np.ndarray, report: Report) -> SettlingRuns:

@@ -301,7 +301,7 @@ class SystemEquilibria:
         starts, equations = random_starts(low, high, _STARTS), self.equilibria.equations
         if _singular(equations, starts, value):
             raise RunError("the equations are singular at every start: their equilibria, if there are any, are not isolated")
-        solutions = deflated_solutions(equations, [value], starts).points.T
+        solutions = deflated_solutions(equations, [value], starts).T
         width, turning = equations.scale[:-1], equations.turns[:-1] > 0
         inside = [x for x in solutions if ((x >= low - width) & (x <= high + width) | turning).all()]
         evidence = f"deflated Newton's method from {_STARTS} starts within the ranges of the states: completeness is not proved"

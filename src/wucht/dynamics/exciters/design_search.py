@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from wucht.dynamics.exciters.design_trials import Candidates, CheckedCandidate, DesignTrials, LocalOptimum, check_candidate
+from wucht.dynamics.exciters.design_trials import Candidates, CheckedCandidate, DesignTrials, check_candidate
 from wucht.dynamics.sampling.searches import generations
 from wucht.dynamics.work import Work
 from wucht.fatigue.counted_cycles import LoadCycles
@@ -71,11 +71,11 @@ def search_generations(
 
 def local_optimum(
     trials: DesignTrials, numbers: np.ndarray, target: LoadCycles, evaluations: int, name: str, work: Work
-) -> LocalOptimum:
-    """Return the best near a candidate (k,); without evaluations that itself."""
+) -> tuple[np.ndarray, float]:
+    """Return the best near a candidate (k,), without evaluations that itself, and its distance."""
     if not evaluations:
         candidates = trials.evaluate(numbers[None], target, _progress_report(work, name))
-        return LocalOptimum(numbers, float(candidates.distances[0, trials.metric]))
+        return numbers, float(candidates.distances[0, trials.metric])
     return work.unit(name, partial(trials.optimise, numbers, target, evaluations, _progress_report(work, "local search")))
 
 
@@ -109,8 +109,8 @@ def corrected_runs(
         here = work.part("", k / count, (k + 1) / count)
         corrected_target = shift_spectrum(target, best.slow.cycles, best.cycles)
         part, evaluations = here.part("", 0.0, 0.8), polish if k < _WHOLE else -(-polish // 2)
-        optimum = local_optimum(trials, best.numbers, corrected_target, evaluations, f"{k} polish", part)
-        corrected_run = full_run(trials, optimum.numbers, target, beats, f"{k} full", here.part("", 0.8, 1.0))
+        numbers, _ = local_optimum(trials, best.numbers, corrected_target, evaluations, f"{k} polish", part)
+        corrected_run = full_run(trials, numbers, target, beats, f"{k} full", here.part("", 0.8, 1.0))
         yield corrected_run
         before, best = best, nearest_that_beats([best, corrected_run], trials.metric)
         if best is before:  # a further correction would give the same

@@ -43,14 +43,6 @@ class Candidates:
 
 
 @dataclass(frozen=True)
-class LocalOptimum:
-    """Result of a local search: values of the variables (k,), and the distance there."""
-
-    numbers: np.ndarray
-    distance: float
-
-
-@dataclass(frozen=True)
 class CheckedCandidate:
     """Candidate that beats in the averaged equations. numbers: values of the variables (k,). slow: its beat. ranges, counts
     (m,): rainflow cycles of the full equations over ``duration``. distances: of these from the target, by each of ``METRICS``
@@ -124,8 +116,11 @@ class DesignTrials:
 
     def optimise(
         self, start: np.ndarray, target: LoadCycles, evaluations: int, report: Callable[[float], None]
-    ) -> LocalOptimum:
-        """Search the best near a candidate (k,): J. A. Nelder and R. Mead, Computer Journal 7 (1965) 308-313."""
+    ) -> tuple[np.ndarray, float]:
+        """Search the best near a candidate (k,), and return it with its distance.
+
+        J. A. Nelder and R. Mead, Computer Journal 7 (1965) 308-313.
+        """
         from scipy.optimize import minimize
 
         begin, done = np.clip(self.shares(start), 0.0, 1.0), 0
@@ -143,7 +138,7 @@ class DesignTrials:
             "maxfev": evaluations, "xatol": _CLOSE, "fatol": _CLOSE,
         }  # fmt: skip
         solution = minimize(objective, begin, method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(begin), options=options)
-        return LocalOptimum(self.values(np.clip(solution.x, 0.0, 1.0)[None])[0], float(solution.fun))
+        return self.values(np.clip(solution.x, 0.0, 1.0)[None])[0], float(solution.fun)
 
 
 def check_candidate(

@@ -81,14 +81,6 @@ class RunState:
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
-    """Unit of work: the state at its end, and its time series."""
-
-    state: RunState
-    course: FailureCourse
-
-
-@dataclass(frozen=True, eq=False)
 class FailingRun:
     """Run so far. verdict: on its end; verdict_before: on the motion when the stiffness began to fall, None if it has not."""
 
@@ -145,14 +137,14 @@ class FailingMachine:
         for number, check in enumerate(range(0, checks, _CHECKS_PER_UNIT), 1):
             if state.last.trajectory.has_ended:
                 return
-            stretch = work.unit(
+            state, course = work.unit(
                 f"leg {number}", partial(self._stretch, state, check, min(check + _CHECKS_PER_UNIT, checks), work)
             )
-            state = stretch.state
-            courses.append(stretch.course)
+            courses.append(course)
             yield self._assemble_run(courses, state)
 
-    def _stretch(self, state: RunState, first: int, last: int, work: Work) -> Stretch:
+    def _stretch(self, state: RunState, first: int, last: int, work: Work) -> tuple[RunState, FailureCourse]:
+        """Return the state after some checks, and the time series until then: a unit of work."""
         courses = list[FailureCourse]()
         for check in range(first, last):
             begin, end = check * self.samples_per_check, min((check + 1) * self.samples_per_check, self.count)
@@ -162,7 +154,7 @@ class FailingMachine:
             work.report(end / self.count)
             if state.last.trajectory.has_ended:
                 break
-        return Stretch(state, FailureCourse.join(courses))
+        return state, FailureCourse.join(courses)
 
     def _advance(self, state: RunState, grid: np.ndarray) -> tuple[RunState, FailureCourse]:
         """Run over a grid at constant stiffness, then update the stiffness."""

@@ -27,7 +27,7 @@ def equilibria_in_ranges(
         return np.empty((n, 0)), ()
     scale = dict(zip(system.state_names, (high - low).tolist(), strict=True))
     equations = EquilibriumEquations.from_system(system, (), values, scale)
-    points = deflated_solutions(equations, (), random_starts(low, high, SEARCHES)).points
+    points = deflated_solutions(equations, (), random_starts(low, high, SEARCHES))
     room = _OUTSIDE * (high - low)
     turning = np.array([s in system.angles for s in system.states])
     points = np.where(turning[:, None], np.remainder(points, TURN), points)

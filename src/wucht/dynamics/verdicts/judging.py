@@ -264,15 +264,16 @@ def _advice(machine: Machine, end: float, assessment: RotorAssessment) -> tuple[
 
 
 def _swinging_verdict(machine: Machine, observation: Observation, free: float | None, is_held: bool) -> Verdict:
-    end, swing, quarter = observation.end_time, swing_of(machine, observation, is_held), observation.main.last(0.25)
-    if swing is not None:
-        evidence = Evidence(turning=False, swing=swing.bounds, is_held=is_held)
+    end, quarter = observation.end_time, observation.main.last(0.25)
+    bounds, decay_factor = swing_of(machine, observation, is_held) or (None, 0.0)
+    if bounds is not None:
+        evidence = Evidence(turning=False, swing=bounds, is_held=is_held)
     else:
         evidence = mean_turning_evidence(machine, observation, free) or Evidence(turning=False)
     verdict = Verdict(classify(evidence), evidence, (float(quarter.time[0]) if len(quarter.time) else 0.0, end))
     if verdict.outcome is not Outcome.UNIDENTIFIED:
         return replace(verdict, settling_time=end)
-    if run_factor := run_factor_until_swinging(observation) if swing is None else swing.run_factor:
+    if run_factor := run_factor_until_swinging(observation) if bounds is None else decay_factor:
         needed_time = max(LONGER, run_factor) * end
     elif _is_long_run(machine, end, end / observation.main.span):
         return _undecidable_verdict(verdict, "the rotor swings and turns over irregularly, and this does not visibly decay")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -62,21 +61,11 @@ _IN_PLACE, _ELSEWHERE = 1e-2, math.pi / 2  # rad: a mean angle that moves less i
 _EQUAL = 1e-3  # share by which swings differ that are treated as equal
 
 
-@dataclass(frozen=True)
-class Swing:
-    """A rotor's swing.
+def swing_of(machine: Machine, observation: Observation, is_held: bool = False) -> tuple[tuple[float, float], float] | None:
+    """Return the bounds of the main rotor's swing; None if it still turns, but too little to average over turns.
 
-    bounds: between which it will stay, as a share of the largest speed in the run. run_factor: the run until that is known at
-    its present decay, as a multiple of the run so far; 0: unknown.
-    """
-
-    bounds: tuple[float, float]
-    run_factor: float
-
-
-def swing_of(machine: Machine, observation: Observation, is_held: bool = False) -> Swing | None:
-    """Return the swing of the main rotor; None if it still turns, but too little to average over turns.
-
+    It will stay between these, a share of the largest speed in the run. Beside them stands the run until that is known at its
+    present decay, as a multiple of the run so far; 0: unknown.
     is_held: it never turned, and weight or load hold it against its drive: once at rest it stays so.
     """
     whole, half = observation.main.last(1.0), observation.main.last(0.5)
@@ -94,9 +83,9 @@ def swing_of(machine: Machine, observation: Observation, is_held: bool = False) 
     ends = (is_braked and _dies_out(sizes)) or (is_held and bool(sizes[-1] <= AT_REST))
     if not is_only_braked(machine, float(windows.max())) and not all(map(_lasts, _standing(observation))):
         # A drive that feeds the swing of one rotor may turn it over, which changes that of the main one.
-        return Swing((0.0, 1.0), 0.0)
+        return (0.0, 1.0), 0.0
     bounds = (0.0, 0.0) if ends else _bounds(sizes, to_and_fro)
-    return Swing(bounds, _run_factor(sizes, _SMALL * _FALLS if is_braked else AT_REST))
+    return bounds, _run_factor(sizes, _SMALL * _FALLS if is_braked else AT_REST)
 
 
 def _largest_speeds(spans: Spans) -> np.ndarray:

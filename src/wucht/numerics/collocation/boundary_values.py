@@ -59,43 +59,31 @@ def end_value(state: sp.Symbol) -> sp.Symbol:
     return sp.Symbol(f"{state.name}(1)", real=True)
 
 
-@dataclass(frozen=True, eq=False)
-class EndConditions:
-    """Conditions b(y(0), y(1), P) = 0 with their derivatives: the ``EndFunction`` of a boundary value problem.
+def end_conditions(
+    system: System, parameter_names: Sequence[str], fixed_values: Mapping[str, float], conditions: Sequence[sp.Expr]
+) -> EndFunction:
+    """Return b(y(0), y(1), P) = 0 with its derivatives, of formulas that must vanish.
 
-    formulas: of n states at 0, those at 1, and q parameters -> b (k,) and its derivatives (k, 2n+q).
+    They are in ``start_value`` and ``end_value`` of states and in parameters. Raises ``WuchtError`` for a formula in which
+    anything else occurs.
     """
+    parameter_symbols = [p for name in parameter_names for p in system.parameters if p.name == name]
+    substitutions = {p: fixed_values[p.name] for p in system.parameters if p not in parameter_symbols}
+    variables = [*map(start_value, system.states), *map(end_value, system.states), *parameter_symbols]
+    b = sp.Matrix([sp.sympify(c).subs(substitutions) for c in conditions])
+    if unknown_names := sorted(s.name for s in b.free_symbols - set(variables)):
+        raise WuchtError(
+            f"{unknown_names[0]} is neither a start_value or end_value of a state nor a parameter: a condition has only these",
+            code="unknown-name",
+        )
+    formulas = sp.lambdify([variables], [list(b), b.jacobian(variables).tolist()], "numpy", cse=True)
+    n = len(system.states)
 
-    formulas: Callable[[np.ndarray], tuple[list[float], list[list[float]]]]
-    n: int
+    def values(first: np.ndarray, last: np.ndarray, parameters: np.ndarray) -> EndValues:
+        b, by = (np.array(part, float) for part in formulas(np.concatenate([first, last, parameters])))
+        return b, by[:, :n], by[:, n : 2 * n], by[:, 2 * n :]
 
-    @classmethod
-    def of(
-        cls, system: System, parameter_names: Sequence[str], fixed_values: Mapping[str, float], conditions: Sequence[sp.Expr]
-    ) -> EndConditions:
-        """Compile formulas that must vanish, in ``start_value`` and ``end_value`` of states and in parameters.
-
-        Raises ``WuchtError`` for a formula in which anything else occurs.
-        """
-        parameter_symbols = [p for name in parameter_names for p in system.parameters if p.name == name]
-        substitutions = {p: fixed_values[p.name] for p in system.parameters if p not in parameter_symbols}
-        variables = [*map(start_value, system.states), *map(end_value, system.states), *parameter_symbols]
-        b = sp.Matrix([sp.sympify(c).subs(substitutions) for c in conditions])
-        if unknown_names := sorted(s.name for s in b.free_symbols - set(variables)):
-            raise WuchtError(
-                f"{unknown_names[0]} is neither a start_value or end_value of a state nor a parameter: a condition "
-                "has only these",
-                code="unknown-name",
-            )
-        formulas = sp.lambdify([variables], [list(b), b.jacobian(variables).tolist()], "numpy", cse=True)
-        return cls(formulas, len(system.states))
-
-    def __call__(
-        self, first: np.ndarray, last: np.ndarray, parameters: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Evaluate the conditions and their derivatives: see ``EndFunction``."""
-        b, by = (np.array(part, float) for part in self.formulas(np.concatenate([first, last, parameters])))
-        return b, by[:, : self.n], by[:, self.n : 2 * self.n], by[:, 2 * self.n :]
+    return values
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,7 +191,7 @@ class BoundaryValueProblem:
                 f"{counts}: a curve of solutions needs at least one parameter, and {n + max(q, 1) - 1} conditions", code="count"
             )
         ends, no_reference = (
-            EndConditions.of(system, parameter_names, fixed_values, conditions),
+            end_conditions(system, parameter_names, fixed_values, conditions),
             Reference(np.zeros((n, 0)), np.zeros((n, 0))),
         )
         return cls(equations.values, n, q, ends, None, Mesh.even(*_FIRST), no_reference, equations.scale, None, accuracy)

@@ -75,7 +75,7 @@ class CollocationJacobian:
             levels.append(inner)
         z, parameters = system.solve(self.begin, self.end, self.ends_by_parameters, condition_sides[: len(self.begin)])
         for inner in reversed(levels):
-            z = inner.expand(z, parameters)
+            z = expand_values(inner, z, parameters)
         x = np.empty((intervals * m + 1, n, k))
         x[0] = z[0]
         inner_values = elimination[..., n + q :] - elimination[..., :n] @ z[:-1] - elimination[..., n : n + q] @ parameters
@@ -123,8 +123,8 @@ class CondensedSystem:
         """Number M of segments."""
         return len(self.left_blocks)
 
-    def merge_segments(self) -> tuple[CondensedSystem, InnerValues]:
-        """Merge each group of segments into one; return also the eliminated values."""
+    def merge_segments(self) -> tuple[CondensedSystem, np.ndarray]:
+        """Merge each group of segments into one; return also the elimination of the values within groups."""
         n, q, k, g = self.left_blocks.shape[1], self.by_parameters.shape[2], self.sides.shape[2], _GROUP_SIZE
         groups = self.segments // g
         grouped_count = groups * g
@@ -160,7 +160,7 @@ class CondensedSystem:
         row_parameters, row_sides = self.row_parameters - inner[:, 2 * n : 2 * n + q], self.row_sides - inner[:, 2 * n + q :]
         lefts, rights, merged_parameters, merged_sides = merged_blocks
         merged_system = CondensedSystem(lefts, rights, merged_parameters, merged_sides, rows, row_parameters, row_sides)
-        return merged_system, InnerValues(elimination, n, q)
+        return merged_system, elimination
 
     def solve(
         self, begin: np.ndarray, end: np.ndarray, by_parameters: np.ndarray, sides: np.ndarray
@@ -182,21 +182,16 @@ class CondensedSystem:
         return x[:size].reshape(m + 1, n, k), x[size:]
 
 
-@dataclass(frozen=True, eq=False)
-class InnerValues:
-    """Values within groups: z = elimination[..., 2n+q:] - elimination[..., :2n+q] (z_left, z_right, parameters)."""
+def expand_values(elimination: np.ndarray, z: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+    """Recover the values (M+1, n, k) of all segments from those (M'+1, n, k) at the ends of groups and single segments.
 
-    elimination: np.ndarray
-    n: int
-    q: int
-
-    def expand(self, z: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-        """Recover the values (M+1, n, k) of all segments from those (M'+1, n, k) at the ends of groups and single segments."""
-        groups, n, k = len(self.elimination), self.n, z.shape[2]
-        outer_values = np.concatenate(
-            [z[:groups], z[1 : groups + 1], np.broadcast_to(parameters, (groups, *parameters.shape))], axis=1
-        )
-        coefficients = self.elimination[..., : 2 * n + self.q]
-        inner = self.elimination[..., 2 * n + self.q :] - coefficients @ outer_values
-        block = np.concatenate([z[:groups, None], inner.reshape(groups, -1, n, k)], axis=1)
-        return np.concatenate([block.reshape(-1, n, k), z[groups:]])
+    Within groups z = elimination[..., 2n+q:] - elimination[..., :2n+q] (z_left, z_right, parameters). parameters (q, k).
+    """
+    groups, n, k = len(elimination), z.shape[1], z.shape[2]
+    outer_values = np.concatenate(
+        [z[:groups], z[1 : groups + 1], np.broadcast_to(parameters, (groups, *parameters.shape))], axis=1
+    )
+    size = outer_values.shape[1]
+    inner = elimination[..., size:] - elimination[..., :size] @ outer_values
+    block = np.concatenate([z[:groups, None], inner.reshape(groups, -1, n, k)], axis=1)
+    return np.concatenate([block.reshape(-1, n, k), z[groups:]])

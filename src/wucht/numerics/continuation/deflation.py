@@ -50,18 +50,6 @@ class Deflation:
     tolerance: float = 1e-8
 
 
-@dataclass(frozen=True, eq=False)
-class DeflationResult:
-    """Distinct solutions. points: (n, k), in order of discovery. evaluations: of f and its Jacobian.
-
-    is_exhausted: true if the search ended because no start led to a further solution, not because its evaluations ran out.
-    """
-
-    points: np.ndarray
-    evaluations: int
-    is_exhausted: bool
-
-
 def random_starts(
     low: Sequence[float] | np.ndarray, high: Sequence[float] | np.ndarray, count: int, seed: int = 0
 ) -> np.ndarray:
@@ -89,8 +77,8 @@ def deflated_solutions(
     starts: np.ndarray,
     known_solutions: np.ndarray | None = None,
     settings: Deflation = Deflation(),
-) -> DeflationResult:
-    """Compute the solutions of f(x, p) = 0 at values of the parameters (m,) to which some starts lead.
+) -> np.ndarray:
+    """Return the distinct solutions (n, k) of f(x, p) = 0 at values of the parameters (m,) to which some starts lead.
 
     starts: (n, N), each used again after every new solution. known_solutions: (n, k), divided out from the beginning and not
     returned.
@@ -109,7 +97,7 @@ def deflated_solutions(
         distinct = _distinct_points(equations, more, solutions)
         solutions = np.concatenate([solutions, distinct], axis=1)
         if is_cut_short or not distinct.shape[1]:
-            return DeflationResult(solutions[:, before.shape[1] :], evaluations, not is_cut_short)
+            return solutions[:, before.shape[1] :]
 
 
 def _newton_round(
@@ -306,7 +294,7 @@ def disconnected_branches(
         known_states = np.concatenate([empty, *(equilibria_at(b, value) for b in branches)], axis=1)
         # At a solution the operator has no direction.
         aside = before + _ASIDE * equations.scale[: equations.n, None] * random.normal(size=before.shape)
-        more = deflated_solutions(equations, [value], np.concatenate([starts, aside], axis=1), known_states, settings).points
+        more = deflated_solutions(equations, [value], np.concatenate([starts, aside], axis=1), known_states, settings)
         for x in more.T[:, :, None]:
             if not _distinct_points(equations, x, known_states).shape[1]:
                 continue

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -243,7 +243,7 @@ class EquilibriumEquations:
             if name not in names:
                 raise WuchtError(f"{name} is none of the states and parameters: {', '.join(names)}", code="unknown-name")
         turns = np.array([2 * math.pi if name in angles else 0.0 for name in names])
-        return cls(_PointwiseValues(values), tuple(state_names), tuple(parameter_names), turns, _sizes(names, scale))
+        return cls(partial(_values_of_points, values), tuple(state_names), tuple(parameter_names), turns, _sizes(names, scale))
 
     def with_scale(self, scale: np.ndarray) -> EquilibriumEquations:
         """Return the equations with another scale of states and parameters (n+m,). Raises ``WuchtError`` if not positive."""
@@ -294,17 +294,12 @@ class _SystemValues:
         return type(self), (self.extended_system, self.fixed_values, self.n)  # compiled code is not pickled
 
 
-@dataclass(frozen=True, eq=False)
-class _PointwiseValues:
-    """A function of one vector of unknowns, called with one or with several."""
-
-    values: Callable[[np.ndarray], Values]
-
-    def __call__(self, unknowns: np.ndarray) -> Values:
-        if unknowns.ndim == 1:
-            return self.values(unknowns)
-        f, derivatives = zip(*map(self.values, unknowns.T), strict=True)
-        return np.stack(f, axis=-1), np.stack(derivatives, axis=-1)
+def _values_of_points(values: Callable[[np.ndarray], Values], unknowns: np.ndarray) -> Values:
+    """Call a function of one vector of unknowns with one or with several."""
+    if unknowns.ndim == 1:
+        return values(unknowns)
+    f, derivatives = zip(*map(values, unknowns.T), strict=True)
+    return np.stack(f, axis=-1), np.stack(derivatives, axis=-1)
 
 
 @lru_cache(maxsize=64)

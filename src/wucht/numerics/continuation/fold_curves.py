@@ -165,8 +165,8 @@ class Fold(SpecialEquilibrium):
 
     def _coefficients(self) -> Mapping[str, float]:
         """Return a, at a cusp c as well."""
-        form = fold_form(self.equations, self.unknowns)
-        return {"a": form.a, "c": form.c} if self.kind == CUSP else {"a": form.a}
+        a, c = fold_form(self.equations, self.unknowns)
+        return {"a": a, "c": c} if self.kind == CUSP else {"a": a}
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,7 +253,7 @@ def _exact_curvature(fold: Fold) -> float:
     scale = fold.equations.scale
     n = len(jacobian.v)
     v, w, row = jacobian.v * scale[:n], jacobian.w / scale[:n], jacobian.matrix[n] * scale
-    form = expansion(fold.equations, fold.unknowns, v[:, None]).first[..., 0]
+    form = expansion(fold.equations, fold.unknowns, v[:, None])[1][..., 0]
     return float(w @ form @ v) / math.sqrt(row @ row)
 
 

@@ -37,17 +37,13 @@ _SECOND = np.array([270.0, -27.0, 2.0, 270.0, -27.0, 2.0]) / 180
 _STEP = 0.005
 
 
-@dataclass(frozen=True, eq=False)
-class Expansion:
-    """Derivatives of f. A (n, n) = df/dx; first, second (n, n, k): those of A along k directions d, B(d, .), C(d, d, .)."""
+def expansion(
+    equations: EquilibriumEquations, unknowns: np.ndarray, directions: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return A = df/dx (n, n) and its first and second derivatives (n, n, k) along directions d (n, k) of the states.
 
-    A: np.ndarray
-    first: np.ndarray
-    second: np.ndarray
-
-
-def expansion(equations: EquilibriumEquations, unknowns: np.ndarray, directions: np.ndarray) -> Expansion:
-    """Compute the derivatives of df/dx along directions (n, k) of the states, evaluating 6 k + 1 points at once."""
+    They are B(d, .) and C(d, d, .); 6 k + 1 points are evaluated at once.
+    """
     n, k = directions.shape
     length = np.linalg.norm(directions / equations.scale[:n, None], axis=0)
     h = _STEP / np.where(length > 0, length, 1.0)
@@ -58,48 +54,36 @@ def expansion(equations: EquilibriumEquations, unknowns: np.ndarray, directions:
     if not np.isfinite(jacobians).all():
         raise RunError("the equations cannot be evaluated around this point")
     change = shifted_jacobians - centre[:, :, None, None]  # the weights of the second derivative add up to zero: less rounding
-    return Expansion(centre, shifted_jacobians @ _FIRST / h, change @ _SECOND / h**2)
+    return centre, shifted_jacobians @ _FIRST / h, change @ _SECOND / h**2
 
 
-@dataclass(frozen=True)
-class FoldForm:
-    """Normal form y' = beta + a y^2 + c y^3, y = <p, x - x0>, with <q, q> = <p, q> = 1.
+def fold_form(equations: EquilibriumEquations, unknowns: np.ndarray) -> tuple[float, float]:
+    """Return a and c of the normal form y' = beta + a y^2 + c y^3 of a fold X = (x, p...) (n+m,), y = <p, x - x0>.
 
-    a: the quadratic coefficient, its sign for a q whose largest entry is positive. c: the cubic one, where a = 0 (a cusp).
-    Both are infinite at a Bogdanov-Takens point, where <p, q> of unit vectors is zero.
+    With <q, q> = <p, q> = 1. a: the quadratic coefficient, its sign for a q whose largest entry is positive. c: the cubic one,
+    where a = 0 (a cusp). Both are infinite at a Bogdanov-Takens point, where <p, q> of unit vectors is zero. Raises
+    ``RunError`` where equations cannot be evaluated.
     """
-
-    a: float
-    c: float
-
-
-def fold_form(equations: EquilibriumEquations, unknowns: np.ndarray) -> FoldForm:
-    """Compute the normal form of a fold X = (x, p...) (n+m,). Raises ``RunError`` where equations cannot be evaluated."""
     q, p = null_vectors(equations.values(unknowns)[1][:, : equations.n])
-    e = expansion(equations, unknowns, q[:, None])
+    A, first, second = expansion(equations, unknowns, q[:, None])
     n, skew = len(q), float(p @ q)
-    square, cube = e.first[..., 0] @ q, e.second[..., 0] @ q
+    square, cube = first[..., 0] @ q, second[..., 0] @ q
     with np.errstate(divide="ignore", invalid="ignore"):
         p = p / np.float64(skew)
         a = float(p @ square) / 2
         # A h = <p, B> q - B, <p, h> = 0: the second-order part of the centre manifold.
-        bordered_matrix = np.block([[e.A, q[:, None]], [p[None, :], np.zeros((1, 1))]])
+        bordered_matrix = np.block([[A, q[:, None]], [p[None, :], np.zeros((1, 1))]])
         if not np.isfinite(bordered_matrix).all():
-            return FoldForm(math.inf, math.inf)
+            return math.inf, math.inf
         h = np.linalg.solve(bordered_matrix, np.append(2 * a * q - square, 0.0))[:n]
-        return FoldForm(a, float(p @ (cube + 3 * e.first[..., 0] @ h)) / 6)
+        return a, float(p @ (cube + 3 * first[..., 0] @ h)) / 6
 
 
-@dataclass(frozen=True)
-class BogdanovTakensForm:
-    """Normal form y0' = y1, y1' = beta1 + beta2 y0 + a y0^2 + b y0 y1, y0 along the unit null vector (largest entry > 0)."""
+def bogdanov_takens_form(equations: EquilibriumEquations, unknowns: np.ndarray) -> tuple[float, float]:
+    """Return a and b of the normal form y0' = y1, y1' = beta1 + beta2 y0 + a y0^2 + b y0 y1 at X = (x, p...) (n+m,).
 
-    a: float
-    b: float
-
-
-def bogdanov_takens_form(equations: EquilibriumEquations, unknowns: np.ndarray) -> BogdanovTakensForm:
-    """Compute the normal form of a Bogdanov-Takens point X = (x, p...) (n+m,); Kuznetsov section 8.4.2, (8.53)."""
+    y0 is along the unit null vector (largest entry > 0); Kuznetsov section 8.4.2, (8.53).
+    """
     n = equations.n
     A = equations.values(unknowns)[1][:, :n]
     q0, p1 = null_vectors(A)
@@ -109,8 +93,8 @@ def bogdanov_takens_form(equations: EquilibriumEquations, unknowns: np.ndarray) 
     p0 = np.linalg.solve(bordered_matrix.T, np.append(p1, 0.0))[:n]
     p0, p1 = p0 / (p1 @ q1), p1 / (p1 @ q1)
     q1 = q1 - (p0 @ q1) * q0
-    B = expansion(equations, unknowns, q0[:, None]).first[..., 0]
-    return BogdanovTakensForm(float(p1 @ B @ q0) / 2, float(p0 @ B @ q0 + p1 @ B @ q1))
+    B = expansion(equations, unknowns, q0[:, None])[1][..., 0]
+    return float(p1 @ B @ q0) / 2, float(p0 @ B @ q0 + p1 @ B @ q1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,13 +165,13 @@ def hopf_form(equations: EquilibriumEquations, unknowns: np.ndarray, frequency: 
     values, q, p, rest = _critical(equations.values(unknowns)[1][:, :n], frequency)
     omega = float(values[0].imag)
     a, b = q.real, q.imag
-    e = expansion(equations, unknowns, np.stack([a, b], axis=1))
-    Ba, Bb, Caa, Cbb = e.first[..., 0], e.first[..., 1], e.second[..., 0], e.second[..., 1]
+    A, first, second = expansion(equations, unknowns, np.stack([a, b], axis=1))
+    Ba, Bb, Caa, Cbb = first[..., 0], first[..., 1], second[..., 0], second[..., 1]
     cubic = (Caa @ a + Cbb @ a) + 1j * (Caa @ b + Cbb @ b)  # C(q, q, q*)
     mean = Ba @ a + Bb @ b  # B(q, q*)
     double = Ba @ a - Bb @ b + 2j * (Ba @ b)  # B(q, q)
     try:
-        h11, h20 = np.linalg.solve(e.A, mean), np.linalg.solve(2j * omega * np.eye(n) - e.A, double)
+        h11, h20 = np.linalg.solve(A, mean), np.linalg.solve(2j * omega * np.eye(n) - A, double)
     except np.linalg.LinAlgError:
         raise RunError("a second eigenvalue is critical: this Hopf point has no first Lyapunov coefficient") from None
     terms = np.conj(p) @ np.stack([cubic, -2 * (Ba + 1j * Bb) @ h11, (Ba - 1j * Bb) @ h20], axis=1)
@@ -251,8 +235,7 @@ class SpecialEquilibrium(ABC):
     def coefficients(self) -> Mapping[str, float]:
         """Coefficients of the normal form, at a Bogdanov-Takens point its a and b."""
         if self.kind == BOGDANOV_TAKENS:
-            takens = bogdanov_takens_form(self.equations, self.unknowns)
-            return {"a": takens.a, "b": takens.b}
+            return dict(zip("ab", bogdanov_takens_form(self.equations, self.unknowns), strict=True))
         return self._coefficients()
 
     @abstractmethod

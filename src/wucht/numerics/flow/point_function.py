@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -20,6 +19,8 @@ _CODE = "values"
 _POINT_COUNT, _TIME, _STATES, _CONSTANTS, _RESULTS = (
     PointsMemory._fields.index(name) for name in ("point_count", "time", "states", "constants", "results")
 )
+
+_Memory = tuple[list[float], tuple[np.ndarray, ...]]  # the kernel's arguments, and the arrays whose addresses are among them
 
 
 @lru_cache(maxsize=256)
@@ -50,7 +51,7 @@ class PointFunction:
             memory = self._idle.pop()
         except IndexError:
             memory = self._memory()
-        arguments = memory.arguments
+        arguments, _ = memory
         arguments[_POINT_COUNT], arguments[_TIME] = math.prod(points.shape[1:]), time
         arguments[_STATES], arguments[_CONSTANTS], arguments[_RESULTS] = map(_address, (points, numbers, results))
         self._evaluate(*arguments)
@@ -62,15 +63,7 @@ class PointFunction:
         arrays = {name: vectors(count, _WIDTH) for name, count in counts.items()}
         fields = {name: _address(array) for name, array in arrays.items()} | self._counts
         fields |= {"function": self._code.addresses[_CODE], "width": _WIDTH}
-        return _Memory([fields.get(name, 0) for name in PointsMemory._fields], tuple(arrays.values()))
-
-
-@dataclass(frozen=True)
-class _Memory:
-    """Memory of one call: the kernel's arguments, and the arrays whose addresses are among them."""
-
-    arguments: list[float]
-    arrays: tuple[np.ndarray, ...]
+        return [fields.get(name, 0) for name in PointsMemory._fields], tuple(arrays.values())
 
 
 def _address(array: np.ndarray) -> int:

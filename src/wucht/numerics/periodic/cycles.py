@@ -255,10 +255,10 @@ class Cycles:
             with suppress(RunError):
                 near = curve.point_between(a, b, share)
                 near = replace(near, jacobian=curve.problem.residual(near.unknowns)[1])
-                at = orbit_branch_point(curve, near, a, b)
-                length = a.length + at.share * (b.length - a.length)
-                point = CurvePoint(at.unknowns, at.tangents[0], curve.problem.residual(at.unknowns)[1], length, 0)
-                return replace(make_cycle(point), crossing_direction=at.tangents[1])
+                unknowns, (along, across), part = orbit_branch_point(curve, near, a, b)
+                length = a.length + part * (b.length - a.length)
+                point = CurvePoint(unknowns, along, curve.problem.residual(unknowns)[1], length, 0)
+                return replace(make_cycle(point), crossing_direction=across)
         return None
 
 

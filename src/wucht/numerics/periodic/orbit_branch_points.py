@@ -29,18 +29,6 @@ _FARTHEST = 1.0  # of the way between both neighbours: largest distance of a bra
 
 
 @dataclass(frozen=True, eq=False)
-class OrbitBranchPoint:
-    """Branch point at which two branches of orbits cross.
-
-    unknowns (k,). tangents (2, k): of the branch that was followed, and of the other. share: of the way to it.
-    """
-
-    unknowns: np.ndarray
-    tangents: np.ndarray
-    share: float
-
-
-@dataclass(frozen=True, eq=False)
 class _Surface:
     """Surface of solutions with an open gap near one of them, by two coordinates: arclengths along two directions.
 
@@ -88,7 +76,7 @@ class _Surface:
         return len(self.origin) - 3
 
 
-def orbit_branch_point(curve: Curve, near: CurvePoint, a: CurvePoint, b: CurvePoint) -> OrbitBranchPoint:
+def orbit_branch_point(curve: Curve, near: CurvePoint, a: CurvePoint, b: CurvePoint) -> tuple[np.ndarray, np.ndarray, float]:
     """Locate the branch point between two neighbouring orbits of a branch.
 
     Parameters
@@ -99,6 +87,14 @@ def orbit_branch_point(curve: Curve, near: CurvePoint, a: CurvePoint, b: CurvePo
         An orbit of it near the branch point, with the Jacobian there.
     a, b : CurvePoint
         The neighbours, on the same mesh.
+
+    Returns
+    -------
+    unknowns : ndarray, (k,)
+    tangents : ndarray, (2, k)
+        Of the branch that was followed, and of the other.
+    share : float
+        Of the way to it.
 
     Raises
     ------
@@ -119,7 +115,7 @@ def orbit_branch_point(curve: Curve, near: CurvePoint, a: CurvePoint, b: CurvePo
     tangents /= np.array([[curve.size(t)] for t in tangents])
     along = tangents / curve.problem.scale @ (way / curve.problem.scale)
     order = np.argsort(-np.abs(along))
-    return OrbitBranchPoint(unknowns, (tangents * np.where(along < 0, -1.0, 1.0)[:, None])[order], share)
+    return unknowns, (tangents * np.where(along < 0, -1.0, 1.0)[:, None])[order], share
 
 
 def _saddle_point(surface: _Surface) -> np.ndarray:

@@ -156,7 +156,7 @@ class Portrait:
         if not distance.size:
             return -1, 0.0
         if p.attracts == (1 if forwards else -1):
-            caught = self._traps[k].holds(away)
+            caught = np.einsum("iN,ij,jN->N", away, self._traps[k], away) <= 1
             i = int(caught.argmax())
             return (i, float(distance[i])) if caught[i] else (-1, 0.0)
         i = int(distance.argmin())
@@ -187,19 +187,10 @@ class Portrait:
         return len(self.closed_curves) - 1, gap
 
 
-@dataclass(frozen=True, eq=False)
-class _Trap:
-    """An ellipse around a fixed point that curves enter and do not leave: z^T metric z <= 1, in units of the window."""
+def _trap(plane: Plane, point: FixedPoint) -> np.ndarray:
+    """Return the metric of an ellipse z^T metric z <= 1 around a fixed point that curves enter and do not leave.
 
-    metric: np.ndarray
-
-    def holds(self, away: np.ndarray) -> np.ndarray:
-        return np.asarray(np.einsum("iN,ij,jN->N", away, self.metric, away) <= 1)
-
-
-def _trap(plane: Plane, point: FixedPoint) -> _Trap:
-    """Return the ellipse of Lyapunov's equation, so small that z^T metric z falls along all curves inside it.
-
+    It is that of Lyapunov's equation, in units of the window, so small that z^T metric z falls along all curves inside it.
     Raises ``RunError`` in a window so large that the attraction vanishes in its units.
     """
     from scipy.linalg import solve_continuous_lyapunov
@@ -226,7 +217,7 @@ def _trap(plane: Plane, point: FixedPoint) -> _Trap:
         if (falls < 0).all():
             break
         size /= 2
-    return _Trap(metric / size**2)
+    return np.asarray(metric / size**2)
 
 
 def _manifold_distance(plane: Plane, saddle: FixedPoint, away: np.ndarray, forwards: bool) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,32 +9,19 @@ import numpy as np
 
 from wucht.cams.drive_cams import DriveCams
 from wucht.cams.workshop.cam_files import WorkshopFile
-from wucht.cams.workshop.lists import Separator
-from wucht.cams.workshop.plc import Form
 from wucht.cams.workshop.points import PointList
 from wucht.errors import InputError
-from wucht.studies.cam_workshop import FORMS, FileOptions, check_points, drive_of, stated_shaft_motion, write_files
+from wucht.studies.cam_workshop import check_points, drive_of, stated_shaft_motion, write_files
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def write_workshop(
-    result: xr.Dataset,
-    folder: Path,
-    *,
-    forms: Iterable[Form] = FORMS,
-    separator: Separator = Separator.BLANK,
-    drawing: bool | None = None,
-    table_tolerance: float | None = None,
-    table_decimals: int = 6,
-) -> list[WorkshopFile]:
+def write_workshop(result: xr.Dataset, folder: Path) -> list[WorkshopFile]:
     """Write the points to mill of each cam, drawings, and the cam tables of the output's law; read all of them back.
 
-    The cam is the original or the corrected one, as ``study.corrected`` says. forms: of the cam tables. separator: in the
-    lists. drawing: whether there are DXF files, None where the extra [cad] is installed. table_tolerance: of the cam tables, in
-    rad or m, 1e-5 of the stroke where it is not given; table_decimals: of their positions in deg or mm. Lists and drawings keep
-    the chord tolerance and the decimals of the study.
+    The cam is the original or the corrected one, as ``study.corrected`` says. Lists and drawings keep the chord tolerance and
+    the decimals of the study.
 
     Returns the files, each with the deviation of its content when read back. Raises ``InputError`` where the result has
     no points to mill, ``RunError`` where a file cannot be written or does not read back as written.
@@ -47,11 +33,7 @@ def write_workshop(
     points = {name: points_to_mill(result, name) for name in cams.cams}
     for name, cam in cams.cams.items():
         check_points(cam, points[name].phi, points[name].position)
-    options = FileOptions(
-        summary["chord_tolerance"], summary["spacing"], summary["decimals"],
-        forms, separator, drawing, table_tolerance, table_decimals,
-    )  # fmt: skip
-    return write_files(cams, points, folder, options)
+    return write_files(cams, points, folder, summary["chord_tolerance"], summary["spacing"], summary["decimals"])
 
 
 def points_to_mill(result: xr.Dataset, cam: str) -> PointList:

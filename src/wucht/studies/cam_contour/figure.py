@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.plots.cam_drawings import FOLLOWER, draw_circle, frame_cam, radii_of_curvature
+from wucht.plots.cam_drawings import CAM_NAMES, FOLLOWER, draw_circle, draw_limit, frame_cam, radii_of_curvature
 from wucht.plots.page import small
 from wucht.plots.scales import travel_unit, turn_scale
 from wucht.plots.sheet import draw_panels, labelled_handles, legend_below
@@ -24,7 +24,6 @@ _ROD: dict[str, Any] = {"color": FOLLOWER, "linewidth": 2.0, "alpha": 0.7, "zord
 _EDGE = 0.5  # of the base circle: length of the rod drawn behind an edge
 _ROW, _CAM = 1.5, 4.0  # inches
 _LINE = {"cam": 0, "counter": 1, "outer": 2}
-_CAM_NAMES = {"cam": "cam", "counter": "counter cam", "outer": "outer flank"}
 
 
 def _draw_cam(axis: Axes, result: xr.Dataset) -> None:
@@ -121,16 +120,11 @@ def _lines(axis: Axes, result: xr.Dataset, values: np.ndarray) -> None:
     """Draw a line for each cam, with its name where there are several."""
     for name, row in zip(map(str, result.cam.values), values, strict=True):
         if np.isfinite(row).any():
-            _line(axis, result, row, _LINE[name], _CAM_NAMES[name] if len(values) > 1 else None)
+            _line(axis, result, row, _LINE[name], CAM_NAMES[name] if len(values) > 1 else None)
 
 
 def _line(axis: Axes, result: xr.Dataset, values: np.ndarray, look: int = 4, name: str | None = None) -> None:
     axis.plot(np.degrees(result.cam_angle.values), values, label=name, **line_style(look))
-
-
-def _limit(axis: Axes, value: float, name: str, colour: str = COLOURS[3]) -> None:
-    if np.isfinite(value):
-        axis.axhline(value, color=colour, linestyle=":", linewidth=1.2, label=name)
 
 
 def _curvature_radius(axis: Axes, result: xr.Dataset) -> None:
@@ -140,8 +134,8 @@ def _curvature_radius(axis: Axes, result: xr.Dataset) -> None:
     visible_radii = np.where(is_missing, np.nan, radii.values)
     _lines(axis, result, visible_radii)
     _bands(axis, result, "missing", "cut away", COLOURS[3])
-    _limit(axis, 1e3 * float(result.permitted_radius), "permitted")
-    _limit(axis, -1e3 * float(result.wheel_radius), "grinding wheel", COLOURS[5])
+    draw_limit(axis, 1e3 * float(result.permitted_radius), "permitted")
+    draw_limit(axis, -1e3 * float(result.wheel_radius), "grinding wheel", COLOURS[5])
     axis.axhline(0, color=GREY, linewidth=0.8)
     low = min(0.0, float(np.nanmin(visible_radii, initial=0.0)), -1e3 * float(np.nan_to_num(result.wheel_radius)))
     high = float(np.nanmax(visible_radii, initial=0.05 * widest))
@@ -158,7 +152,7 @@ def _pressure_angle(axis: Axes, result: xr.Dataset) -> None:
     if not np.isfinite(limit):
         limit, name = np.degrees(float(result.common_pressure_angle)), "common limit"
     for sign in (1, -1):
-        _limit(axis, sign * limit, name)
+        draw_limit(axis, sign * limit, name)
     axis.set_ylabel("pressure angle (°)")
 
 
@@ -190,7 +184,7 @@ def _torque(axis: Axes, result: xr.Dataset) -> None:
 
 def _pressure(axis: Axes, result: xr.Dataset) -> None:
     _lines(axis, result, 1e-6 * result.contact_pressure.values)
-    _limit(axis, 1e-6 * float(result.permitted_contact_pressure), "permitted")
+    draw_limit(axis, 1e-6 * float(result.permitted_contact_pressure), "permitted")
     axis.set(ylim=(0, None), ylabel="contact pressure (MPa)")
 
 

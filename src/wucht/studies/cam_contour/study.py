@@ -11,7 +11,7 @@ from pydantic import Field
 
 from wucht.cams.cam import Cam
 from wucht.cams.cam_curves import CamCurves
-from wucht.cams.contact_history import ContactHistory, ContactLoad, SpeedOverAngle, contact_history, dense_contact_history
+from wucht.cams.contact_history import ContactHistory, ContactLoad, contact_history, dense_contact_history
 from wucht.cams.drive import CamDrive
 from wucht.cams.drive_cams import DriveCams
 from wucht.cams.followers.follower import Follower
@@ -19,15 +19,14 @@ from wucht.cams.laws import Law
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.shape import Shape, shapes
 from wucht.cams.sizing.size_limits import CamLimits, Size, SizedCam
-from wucht.cams.workshop.cam_files import WorkshopCurve
+from wucht.cams.tables.contact_table import Contact
 from wucht.cams.workshop.points import SPACING, rounding_warning
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
-from wucht.studies.cam_answers import state_cam_curves, state_motion
+from wucht.studies.cam_answers import CURVES, state_cam_curves, state_motion
 from wucht.studies.cam_contour import answer
-from wucht.studies.cam_contour.contact_load import Contact
 from wucht.studies.cam_contour.export import write_workshop
 from wucht.studies.cam_contour.figure import draw_contour
 from wucht.studies.cam_workshop import file_lines, mill_points
@@ -38,10 +37,6 @@ from wucht.studies.study import Study
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
-
-_CURVES = (
-    "contour_x", "contour_y", "pitch_x", "pitch_y", "normal_x", "normal_y", "curvature", "uncut", "pressure_angle",
-)  # fmt: skip
 
 Prepared = tuple[DriveCams, dict[str, Shape], ContactLoad | None, SizedCam | RunError | None]
 
@@ -142,7 +137,7 @@ class CamContour(Study):
         if shaft is None:
             requirement = "the contact force needs the speed of the camshaft: speed = '500 rpm', or a table [speed]"
             raise InputError("study.speed", None, requirement)
-        return ContactLoad(load, SpeedOverAngle(shaft), shaft.mean, contact.share, contact.width, contact.materials)
+        return ContactLoad(load, shaft.speed_over_angle, shaft.mean, contact.share, contact.width, contact.materials)
 
     def _smallest_cam(self, follower: Follower, law: Law) -> SizedCam | RunError | None:
         """Return the smallest cam, the reason why none was found, or None where no limit is given that determines it.
@@ -173,11 +168,11 @@ class CamContour(Study):
         curves = [CamCurves.of(cam, angles) for cam in cams.cams.values()]
         a.curve("cam", list(cams.cams), "cam")
         a.curve("cam_angle", angles, "cam angle", "rad")
-        state_cam_curves(a, _CURVES, lambda get_curve: np.array([get_curve(one) for one in curves]), "cam cam_angle")
+        state_cam_curves(a, list(CURVES), curves, "cam cam_angle", len(curves), len(angles))
         work.report(0.3, "points to mill")
         points = mill_points(cams.cams, self.chord_tolerance, self.spacing) if is_whole else {}
         for name, of_cam in points.items():
-            coarse = rounding_warning(WorkshopCurve(cams.cams[name].contour), of_cam, 1e-3 * 10.0**-self.decimals)
+            coarse = rounding_warning(cams.cams[name].contour, of_cam, 1e-3 * 10.0**-self.decimals)
             a.warn(*([f"{name}: {coarse}"] if coarse else []))
         if not is_whole:
             a.warn("no points to mill: part of the contour is cut away")

@@ -7,9 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from wucht.cams.cam_curves import CamCurves
 from wucht.cams.corrected_contours import CheckedContour, Proof
-from wucht.cams.correction import Deviation, LeftOut, MotionOverTime, Purity, Residual
+from wucht.cams.correction import Deviation, LeftOut, MotionOverTime, Purity, residual_of_all
 from wucht.cams.drive import CamDrive
 from wucht.cams.drive_cams import DriveCams
 from wucht.cams.dwells import dwells_of, position_error
@@ -23,19 +22,20 @@ from wucht.studies.answer import Answer
 from wucht.studies.cam_answers import (
     angle_text,
     length_text,
+    pad_orders,
     state_cam_curves,
     state_common_pressure_angle,
     state_rollers,
 )
-from wucht.studies.cam_correction.record_answer import pad_orders, percent_text, residual_of_all
+from wucht.studies.cam_correction.record_answer import percent_text
 
 _CLEAN = 1e-12  # of order 1: exact but for rounding
 _CLEAN_SHARE = 1e-9  # from the points
 _LEFT_OUT = 0.01  # share of order 1, from orders of the speed that are left out
 _MOST = 6  # orders listed at most
 _ROUNDING = 1e-9  # of the stroke: a distance from the law that is none
-_VERSION_KEYS = dict(zip(CAM_VERSIONS, ("before", "after"), strict=True))
 _CURVES = ("contour_x", "contour_y", "normal_x", "normal_y", "curvature", "pressure_angle", "uncut")
+_VERSION_KEYS = dict(zip(CAM_VERSIONS, ("before", "after"), strict=True))
 
 
 def state_shaft(a: Answer, shaft: ShaftMotion, tau: np.ndarray) -> None:
@@ -183,17 +183,17 @@ def state_purity(
         a.sentence += f"; but orders of the record that are not corrected leave about {omitted_share:.2g}"
 
 
-def state_residuals(a: Answer, residuals: Sequence[Residual]) -> None:
+def state_residuals(a: Answer, shares: Mapping[str, float]) -> None:
     """State the residuals under deviating conditions; the orders left out in one line."""
-    rows = [{"what": r.condition, "share": r.share} for r in residuals]
+    rows = [{"what": condition, "share": share} for condition, share in shares.items()]
     a.number("residuals", rows, "residuals", parts={"what": ("deviation that causes it", ""), "share": ("share", "")})
-    orders = [r for r in residuals if r.condition.startswith("order ")]
-    for r in residuals:
-        if r not in orders:
-            a.line("left if", f"{percent_text(r.share):>7}  {r.condition}")
-    largest_orders = sorted(orders, key=lambda r: -r.share)[:_MOST]
+    orders = [condition for condition in shares if condition.startswith("order ")]
+    for condition, share in shares.items():
+        if condition not in orders:
+            a.line("left if", f"{percent_text(share):>7}  {condition}")
+    largest_orders = sorted(orders, key=lambda condition: -shares[condition])[:_MOST]
     if orders:
-        order_shares = ", ".join(f"{percent_text(r.share)} ({r.condition.split()[1]})" for r in largest_orders)
+        order_shares = ", ".join(f"{percent_text(shares[one])} ({one.split()[1]})" for one in largest_orders)
         a.line("left if", f"an order of the speed is left out: {order_shares}")
 
 
@@ -207,21 +207,13 @@ def state_contours(
     chord_tolerance: float,
 ) -> None:
     """State the contours of both versions, their sizes, and what to check of them."""
-    versions, cams = ([*before.values()], [*after.values()]), corrected.cams
-
-    def curves(get_curve: Callable[[CamCurves], np.ndarray]) -> np.ndarray:
-        rows = [[get_curve(contour.curves) for contour in contours] for contours in versions]
-        return np.array(rows).reshape(len(versions), len(cams), point_count)
-
-    def sizes(get_size: Callable[[Shape], float | None]) -> np.ndarray:
-        rows = [[get_size(contour.shape) for contour in contours] for contours in versions]
-        return np.array(rows, float).reshape(len(versions), len(cams))
-
-    state_cam_curves(a, _CURVES, curves, "version cam cam_angle")
+    contours, cams = [*before.values(), *after.values()], corrected.cams
+    sizes = len(CAM_VERSIONS), len(cams)
+    state_cam_curves(a, _CURVES, [one.curves for one in contours], "version cam cam_angle", *sizes, point_count)
     distance = np.array([contour.displacement for contour in after.values()]).reshape(len(cams), point_count)
     a.curve("moved", distance, "corrected contour, outwards", "m", "cam cam_angle")
     for name, what, get_size in _SIZES:
-        a.curve(name, sizes(get_size), what, "m", "version cam")
+        a.curve(name, np.array([get_size(one.shape) for one in contours], float).reshape(sizes), what, "m", "version cam")
     state_common_pressure_angle(a, follower_unit)
     places = np.array([complex(cam.follower.place(cam.law(0.0))) for cam in cams.values()], complex)
     a.curve("follower_x", places.real, "roller or face at cam angle 0, x", "m", "cam")
@@ -233,11 +225,20 @@ def state_contours(
     a.number("min_curvature_radius", None if least is None else least.radius, what, "m", headline=True)
     a.number("max_pressure_angle", angle, "largest pressure angle of a corrected cam", "rad", headline=True)
     a.number("undercut", False if shapes else None, "true if a follower cuts off parts of a corrected contour")
+    hint = 'this key belongs to study.kind = "cam-contour", with study.corrected = true'
+    remarks = pressure_angle_remarks(shapes, follower_unit) if shapes else []
+    a.warn(*(f"Corrected cam: {remark}; {hint}" for remark in remarks))
     with a.group("contours", "sizes of each cam, original and corrected"):
         for name, contour in after.items():
             with a.group(name, "sizes of a cam"):
                 _state_cam(a, name, before[name], contour, cams[name].roller_radius)
-    _warn_of_contours(a, before, after, follower_unit, point_count, chord_tolerance)
+    worst = max((contour.chord for contour in after.values()), default=0.0)
+    if worst > chord_tolerance:
+        required_points = math.ceil(1.01 * point_count * math.sqrt(worst / chord_tolerance))
+        a.warn(
+            f"Chords between {point_count} points leave the contour by {1e6 * worst:.3g} um, more than the tolerance of "
+            f"{1e6 * chord_tolerance:.3g} um: take points = {required_points}, or join them by a spline."
+        )
 
 
 _SIZES: tuple[tuple[str, str, Callable[[Shape], float | None]], ...] = (
@@ -260,8 +261,9 @@ def _state_cam(a: Answer, name: str, before: CheckedContour, after: CheckedConto
             a.number("largest_wheel", _radius(shape.wheel), "largest grinding wheel", "m")
     distance = a.number("moved", float(np.abs(after.displacement).max()), "largest displacement of the contour", "m")
     a.number("chord", after.chord, "largest distance of chords between points", "m")
-    missing = sum(end - begin for begin, end in before.shape.missing) / (2 * math.pi)
-    a.number("missing_before", missing, "share of a turn without a contour, original cam")
+    missing = sum(end - begin for begin, end in before.shape.missing) / TURN
+    if a.number("missing_before", missing, "share of a turn without a contour, original cam") > 0:
+        a.warn(f"The follower cuts {100 * missing:.1f} % of the original contour ({name}) away; the corrected one is intact.")
     a.number("roller_radius", roller_radius, "radius of the roller", "m")
     old, new = before.shape, after.shape
     old_angle, new_angle = (f"{math.degrees(shape.pressure_angle.value):.3g}°" for shape in (old, new))
@@ -277,32 +279,6 @@ def _state_cam(a: Answer, name: str, before: CheckedContour, after: CheckedConto
 
 def _radius(at: RadiusAt | None) -> float | None:
     return None if at is None else at.radius
-
-
-def _warn_of_contours(
-    a: Answer,
-    before: Mapping[str, CheckedContour],
-    after: Mapping[str, CheckedContour],
-    follower_unit: str,
-    point_count: int,
-    chord_tolerance: float,
-) -> None:
-    hint = 'this key belongs to study.kind = "cam-contour", with study.corrected = true'
-    remarks = pressure_angle_remarks([contour.shape for contour in after.values()], follower_unit) if after else []
-    a.warn(*(f"Corrected cam: {remark}; {hint}" for remark in remarks))
-    for name, contour in before.items():
-        missing = sum(end - begin for begin, end in contour.shape.missing) / TURN
-        if missing > 0:
-            a.warn(
-                f"The follower cuts {100 * missing:.1f} % of the original contour ({name}) away; the corrected one is intact."
-            )
-    worst = max((contour.chord for contour in after.values()), default=0.0)
-    if worst > chord_tolerance:
-        required_points = math.ceil(1.01 * point_count * math.sqrt(worst / chord_tolerance))
-        a.warn(
-            f"Chords between {point_count} points leave the contour by {1e6 * worst:.3g} um, more than the tolerance of "
-            f"{1e6 * chord_tolerance:.3g} um: take points = {required_points}, or join them by a spline."
-        )
 
 
 def _mm(length: float) -> str:

@@ -7,9 +7,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.plots.cam_drawings import FOLLOWER, draw_bars_from, draw_circle, frame_cam, radii_of_curvature
+from wucht.plots.cam_drawings import (
+    CAM_LOOKS,
+    CAM_NAMES,
+    FOLLOWER,
+    decade_scale,
+    draw_bars_from,
+    draw_circle,
+    draw_limit,
+    frame_cam,
+    radii_of_curvature,
+)
 from wucht.plots.page import small
-from wucht.plots.scales import plain_decades, power_text, travel_unit, turn_scale
+from wucht.plots.scales import power_text, travel_unit, turn_scale
 from wucht.plots.sheet import labelled_handles, legend_below, new_grid
 from wucht.plots.style import BAR_STYLES, COLOURS, FREE, GREY
 from wucht.results.formatting import with_unit
@@ -19,13 +29,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-LOOKS: dict[str, dict[str, Any]] = {
-    "original": {"color": COLOURS[1], "linestyle": "--"},
-    "corrected": {"color": COLOURS[0], "linestyle": "-"},
-}
-_CAMS = {"counter": (COLOURS[2], "counter cam"), "outer": (COLOURS[4], "outer flank")}
+_COLOURS = {"counter": COLOURS[2], "outer": COLOURS[4]}  # of the cam itself those of its versions
 _FINE = 1e-4  # m: smaller displacements are drawn in micrometres
-_NAMES = {"original": "original cam", "corrected": "corrected cam"}
 _LEAST = 1e-6  # of order 1: smaller amplitudes are drawn at this floor
 _MOST_BARS = 24  # orders that are drawn, at most
 _LEAST_MEASURED, _MOST_MEASURED = 1e-5, 1e-2  # of the largest order: between these the axis begins
@@ -35,21 +40,10 @@ _ROW = 1.8  # inches
 _MOST_TICKS = 15
 
 
-def _draw_contours(axes: list[Axes], result: xr.Dataset) -> None:
-    """Draw four panels: contours, their difference, pressure angle (of a flat face the motion), radius of curvature."""
-    _contour(axes[0], result)
-    _displacement(axes[1], result)
-    if np.isfinite(result.roller_radius.values).any():
-        _pressure(axes[2], result)
-    else:
-        _draw_table(axes[2], result, "output", "motion")
-    _curvature_radius(axes[3], result)
-
-
 def _draw_table(axis: Axes, result: xr.Dataset, name: str, title: str, per: str = "") -> None:
     """Draw the motion of the output over the cam angle, or a derivative of it."""
     scale, unit = travel_unit(result.output)
-    for version, look in LOOKS.items():
+    for version, look in CAM_LOOKS.items():
         values = scale * result[name].sel(version=version).values
         axis.plot(np.degrees(result.cam_angle.values), values, linewidth=1.1, **look)
     turn_scale(axis)
@@ -59,21 +53,17 @@ def _draw_table(axis: Axes, result: xr.Dataset, name: str, title: str, per: str 
 def _versions(axis: Axes, names: list[str], curve: Callable[[str, str], tuple[np.ndarray, np.ndarray]]) -> None:
     """Draw a curve for each cam and version; the counter cam and the outer flank have separate colours."""
     for name in names:
-        for version, look in LOOKS.items():
+        for version, look in CAM_LOOKS.items():
             axis.plot(*curve(name, version), linewidth=1.1, **look | {"color": _colour(name, version)})
 
 
 def _colour(name: str, version: str) -> str:
-    return str(LOOKS[version]["color"]) if name == "cam" else _CAMS[name][0]
-
-
-def _cam_names(result: xr.Dataset) -> list[str]:
-    return list(map(str, result.cam.values))
+    return _COLOURS.get(name, str(CAM_LOOKS[version]["color"]))
 
 
 def _distinct_cams(result: xr.Dataset) -> list[str]:
     """Return the names of the cams, with one flank of a groove, since both flanks move together."""
-    return [name for name in _cam_names(result) if name != "outer"]
+    return [name for name in result.cam.values.tolist() if name != "outer"]
 
 
 def _contour(axis: Axes, result: xr.Dataset) -> None:
@@ -83,10 +73,10 @@ def _contour(axis: Axes, result: xr.Dataset) -> None:
         of = result.sel(version=version, cam=name)
         return 1e3 * of.contour_x.values[closed_indices], 1e3 * of.contour_y.values[closed_indices]
 
-    for name in _cam_names(result):
+    for name in result.cam.values.tolist():
         _versions(axis, [name], contour)
         if name != "cam":
-            axis.plot([], [], color=_CAMS[name][0], linewidth=1.1, label=_CAMS[name][1])
+            axis.plot([], [], color=_COLOURS[name], linewidth=1.1, label=CAM_NAMES[name])
         else:
             base = 1e3 * float(result.base_radius.sel(version="corrected", cam=name))
             draw_circle(axis, 0, 0, base, linestyle=":", color=GREY, linewidth=0.9, label="base circle")
@@ -116,11 +106,15 @@ def _displacement(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _pressure(axis: Axes, result: xr.Dataset) -> None:
+    """Draw the pressure angle; of a flat face, which has none, the motion."""
+    if not np.isfinite(result.roller_radius.values).any():
+        _draw_table(axis, result, "output", "motion")
+        return
     degrees, angles = np.degrees(result.cam_angle.values), np.degrees(result.pressure_angle)
     _versions(axis, _distinct_cams(result), lambda name, version: (degrees, angles.sel(version=version, cam=name).values))
     common = np.degrees(float(result.common_pressure_angle))
     for limit in (common, -common):
-        axis.axhline(limit, color=COLOURS[3], linestyle=":", linewidth=1.2, label="common limit")
+        draw_limit(axis, limit, "common limit")
     turn_scale(axis)
     axis.set_ylabel("pressure angle (°)")
 
@@ -128,7 +122,7 @@ def _pressure(axis: Axes, result: xr.Dataset) -> None:
 def _curvature_radius(axis: Axes, result: xr.Dataset) -> None:
     """Draw the radius of curvature of the contour, except where it is nearly straight."""
     degrees, radii = np.degrees(result.cam_angle.values), radii_of_curvature(result)[0]
-    _versions(axis, _cam_names(result), lambda name, version: (degrees, radii.sel(version=version, cam=name).values))
+    _versions(axis, result.cam.values.tolist(), lambda name, version: (degrees, radii.sel(version=version, cam=name).values))
     axis.axhline(0, color=GREY, linewidth=0.8)
     if (radii < 0).any():
         axis.text(355, 0, "hollow", ha="right", va="top", fontsize=small(), color=GREY)
@@ -143,7 +137,8 @@ def draw_correction(result: xr.Dataset) -> Figure:
     for panel, axis in zip((_acceleration_history, _spectrum, _speed, _speed_orders), axes, strict=False):
         panel(axis, result)
     if cams:
-        _draw_contours(axes[4:8], result)
+        for panel, axis in zip((_contour, _displacement, _pressure, _curvature_radius), axes[4:8], strict=True):
+            panel(axis, result)
     else:
         _draw_table(axes[4], result, "output", "motion")
         _draw_table(axes[5], result, "output_acceleration", "acceleration", "/rad²")
@@ -159,9 +154,9 @@ def _acceleration_label(result: xr.Dataset, name: str) -> str:
 
 
 def _acceleration_history(axis: Axes, result: xr.Dataset) -> None:
-    for version, look in LOOKS.items():
+    for version, look in CAM_LOOKS.items():
         values = result.acceleration.sel(version=version).values
-        axis.plot(1e3 * result.time.values, values, linewidth=1.3, label=_NAMES[version], **look)
+        axis.plot(1e3 * result.time.values, values, linewidth=1.3, label=f"{version} cam", **look)
     _time_axis(axis, result)
     axis.set_ylabel(_acceleration_label(result, "acceleration"))
 
@@ -180,9 +175,9 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
     floor = _LEAST * float(reference.sel(order=s["reference_order"]))
     result = result.isel(order=slice(_drawn_orders(result, floor)))
     k = result.order.values
-    for side, version in zip((-0.2, 0.2), LOOKS, strict=True):
+    for side, version in zip((-0.2, 0.2), CAM_LOOKS, strict=True):
         values = np.maximum(result.amplitude.sel(version=version).values, floor)
-        draw_bars_from(axis, floor / 2, k + side, values, color=LOOKS[version]["color"], **BAR_STYLES[side < 0])
+        draw_bars_from(axis, floor / 2, k + side, values, color=CAM_LOOKS[version]["color"], **BAR_STYLES[side < 0])
     if np.isfinite(result.recovered.values).any():
         recovered_amplitudes = np.maximum(
             np.fmax.reduce(result.recovered.values), floor
@@ -190,7 +185,7 @@ def _spectrum(axis: Axes, result: xr.Dataset) -> None:
         axis.plot(k, recovered_amplitudes, "o", color=COLOURS[6], markersize=3, label="corrected, from its points", zorder=5)
     name = f"{power_text(_LEAST)} of order {s['reference_order']}, or less"
     axis.axhline(floor, color=GREY, linestyle="-.", linewidth=0.8, label=name)
-    _decades(axis, floor, float(result.amplitude.max()), 3)
+    decade_scale(axis, floor, float(result.amplitude.max()), 3)
     _order_axis(axis, len(k))
     axis.set_ylabel(_acceleration_label(result, "acceleration, amplitude"))
 
@@ -199,15 +194,6 @@ def _drawn_orders(result: xr.Dataset, floor: float) -> int:
     """The number of orders up to the last above a floor, and one more, that its place is seen."""
     above = np.flatnonzero((result.amplitude.values > floor).any(axis=result.amplitude.get_axis_num("version")))
     return int(min(above.max(initial=0) + 2, _MOST_BARS))
-
-
-def _decades(axis: Axes, floor: float, highest: float, step: int) -> None:
-    """Set a logarithmic axis from below a floor, with a tick every so many decades."""
-    axis.set_yscale("log")
-    plain_decades(axis.yaxis)
-    axis.set_ylim(floor / 2, 3 * highest)
-    axis.set_yticks(10.0 ** np.arange(np.ceil(np.log10(floor)), np.log10(3 * highest), step))
-    axis.minorticks_off()
 
 
 def _speed(axis: Axes, result: xr.Dataset) -> None:
@@ -237,20 +223,20 @@ def _measured_history(axis: Axes, result: xr.Dataset) -> None:
     dots: dict[str, Any] = {"color": GREY, "marker": ".", "linestyle": "", "markeredgewidth": 0}
     axis.plot(sample_times, result.sample_acceleration.values, markersize=2.2, alpha=0.35, rasterized=True, **dots)
     axis.plot([], [], markersize=6, label="measured, samples", **dots)
-    axis.plot(time, result.acceleration.sel(version=version).values, linewidth=2.6, **LOOKS[version])
+    axis.plot(time, result.acceleration.sel(version=version).values, linewidth=2.6, **CAM_LOOKS[version])
     axis.plot(time, result.measured_acceleration.values, color=COLOURS[6], linewidth=0.9, label="measured (orders fitted)")
     _time_axis(axis, result)
     axis.set_ylabel(_acceleration_label(result, "measured"))
 
 
 def _measured_orders(axis: Axes, result: xr.Dataset) -> None:
-    k, colour = result.order.values, LOOKS[result.wucht.summary["measured"]["cam"]]["color"]
+    k, colour = result.order.values, CAM_LOOKS[result.wucht.summary["measured"]["cam"]]["color"]
     amplitudes = np.array([result.computed_amplitude.values, result.measured_amplitude.values])
     highest = float(np.nanmax(amplitudes))
     floor = min(max(_LEAST_MEASURED * highest, 0.5 * float(np.nanmin(amplitudes))), _MOST_MEASURED * highest)
     for side, values, of in zip((-0.2, 0.2), amplitudes, (colour, COLOURS[6]), strict=True):
         bars = np.maximum(values, floor)  # NaN stays NaN
         draw_bars_from(axis, floor / 2, k + side, bars, color=of, edgecolor=GREY, linewidth=0.3)
-    _decades(axis, floor, highest, 1)
+    decade_scale(axis, floor, highest, 1)
     _order_axis(axis, len(k))
     axis.set_ylabel(_acceleration_label(result, "measured, amplitude"))

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 
 import numpy as np
 
-from wucht.cams.correction import LeftOut
+from wucht.cams.correction import LeftOut, residual_of_all, residual_of_errors
 from wucht.cams.drive import CamDrive
 from wucht.cams.measured_acceleration import MeasuredAcceleration
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.measurements.order_fit import OrderFit
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.studies.answer import Answer
+from wucht.studies.cam_answers import pad_orders
 
 _MATTERS, _ERRORS = 1e-3, 3.0  # of the mean speed, and standard errors: an order left out that is warned of
 _WARNED_ORDERS = (1, 2)  # orders that the fit itself warns of
@@ -26,12 +27,16 @@ _SAMPLES = 3000  # of a record, shown in the figure
 _RPM = 30 / math.pi
 
 
-def state_record(a: Answer, drive: CamDrive, left_out: Sequence[LeftOut], from_errors: float | None) -> None:
-    """State the fit to the record of the speed, what its errors and the orders that are left out leave, and what to check."""
+def state_record(a: Answer, drive: CamDrive, left_out: Sequence[LeftOut], residuals: Mapping[str, float]) -> None:
+    """State the fit to the record of the speed, what its errors and the orders that are left out leave, and what to check.
+
+    residuals: under deviating conditions.
+    """
     what, fit, speed = "orders fitted to the record", drive.speed_fit, drive.speed
-    if fit is None or speed is None or from_errors is None:
+    if fit is None or speed is None:
         a.number("record", None, what)
         return
+    from_errors = residual_of_errors(fit, residuals)
     with a.group("record", what):
         a.number("orders", list(fit.orders), "orders fitted")
         a.number("turns", fit.turns, "number of turns")
@@ -74,11 +79,6 @@ def state_record(a: Answer, drive: CamDrive, left_out: Sequence[LeftOut], from_e
             a.warn(f"Order {one.order} is left out, but the record holds {percentage:.2f} % of the speed in it.")
 
 
-def residual_of_all(left_out: Sequence[LeftOut]) -> float:
-    """Return the residual of all orders of the record that are not corrected: about the root of the sum of squares."""
-    return math.hypot(*(one.share for one in left_out))
-
-
 def state_speed_orders(a: Answer, shaft: ShaftMotion, fit: OrderFit | None) -> None:
     """State the orders of the speed with their errors, and those of the record that are left out."""
     speed, left_out, over, left_over = shaft.speed, () if fit is None else fit.omitted_orders, "speed_order", "left_out_order"
@@ -97,14 +97,15 @@ def state_speed_orders(a: Answer, shaft: ShaftMotion, fit: OrderFit | None) -> N
     a.curve("left_out_error", [one.error for one in left_out], "standard error of the amplitude left out", "rad/s", left_over)
 
 
-def warn_of_measurement(a: Answer, measurement: MeasuredAcceleration, cam: str, shaft: ShaftMotion) -> None:
-    """Warn of what to check of the record of the acceleration, with the cam of this version."""
+def warn_of_measurement(a: Answer, measurement: MeasuredAcceleration | None, cam: str, shaft: ShaftMotion) -> None:
+    """Warn of what to check of the record of the acceleration, with the cam of this version, if there is one."""
+    if measurement is None:
+        return
     if abs(measurement.ratio - 1) > _DRIFTS:
         a.warn(
             f"The measured acceleration repeats at {measurement.ratio:.5g} times the mean speed of the shaft: check the speed."
         )
-    share = measurement.comparison.share
-    if share < _LITTLE:
+    if (share := measurement.comparison.share) < _LITTLE:
         a.warn(
             f"The motion computed for the {cam} cam explains {100 * max(share, 0.0):.0f} % of the measured acceleration: "
             "check its sign and unit (keys scale and unit), and that both records have one clock, or give "
@@ -140,11 +141,10 @@ def state_measurement(
     shown_count: int,
 ) -> None:
     """State the measured acceleration beside the computed one, with the cam of this version; not numbers without a record."""
-    per, what, no_orders = f"{unit}/s^2", "measured acceleration, and the explained share", FourierSeries.of(math.nan)
-    comparison = None if measurement is None else measurement.comparison
-    record_orders, computed_orders = (
-        (no_orders, no_orders) if comparison is None else (comparison.measured_orders, comparison.computed_orders)
-    )
+    per, what = f"{unit}/s^2", "measured acceleration, and the explained share"
+    record_orders = computed_orders = FourierSeries.of(math.nan)
+    if measurement is not None:
+        record_orders, computed_orders = measurement.comparison.measured_orders, measurement.comparison.computed_orders
     over_time = record_orders(tau) - record_orders.mean if record_orders.count else tau + math.nan
     sample_tau, samples = (np.zeros(0), np.zeros(0)) if measurement is None else measurement.folded_samples(_SAMPLES)
     a.curve("measured_acceleration", over_time, "measured acceleration, orders fitted", per, "tau")
@@ -179,11 +179,6 @@ def state_measurement(
     if delay is not None and without is not None:
         late = f"it comes {_delay_text(delay, shaft)} than computed"
         a.line("", f"{late}; without it {100 * without:.1f} % of its orders would be explained")
-
-
-def pad_orders(values: np.ndarray, count: int) -> np.ndarray:
-    """Return values (N,) cut or filled up with what is not a number."""
-    return np.append(values[:count], np.full(max(0, count - len(values)), np.nan))
 
 
 def percent_text(share: float) -> str:

@@ -11,30 +11,23 @@ import numpy as np
 from pydantic import Field
 
 from wucht.cams.corrected_contours import CheckedContour, Proof
-from wucht.cams.correction import (
-    MotionOverTime,
-    Purity,
-    last_order_above,
-    left_out_orders,
-    orders,
-    residual_of_errors,
-    residuals,
-)
+from wucht.cams.correction import MotionOverTime, Purity, last_order_above, left_out_orders, orders, residuals
 from wucht.cams.drive import CamDrive
 from wucht.cams.drive_cams import DriveCams
 from wucht.cams.measured_acceleration import MeasuredAcceleration
+from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.shape import CAM_LABELS
+from wucht.cams.tables.acceleration_record import MOST_ORDERS, Acceleration, Count
 from wucht.cams.workshop.heading import CAM_VERSIONS
+from wucht.cams.workshop.points import SPACING
 from wucht.dynamics.work import Work
-from wucht.numerics.fourier_series import even_angles
+from wucht.numerics.fourier_series import FourierSeries, even_angles
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
 from wucht.studies.cam_answers import state_motion
 from wucht.studies.cam_correction import answer, record_answer
-from wucht.studies.cam_correction.acceleration_record import MOST_ORDERS, Acceleration, Count
-from wucht.studies.cam_correction.export import write_corrected_cam
 from wucht.studies.cam_correction.figure import draw_correction
-from wucht.studies.cam_workshop import file_lines
+from wucht.studies.cam_workshop import check_points, drive_of, file_lines, mill_points, write_files
 from wucht.studies.key_types import Whole
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.study import Study
@@ -112,9 +105,8 @@ class CamCorrection(Study):
         motions = [MotionOverTime(cams.law, shaft) for cams in cam_pair]
         spectra = [orders(motion) for motion in motions]
         tau, angles = np.linspace(0, 2 * np.pi, TIMES), even_angles(self.points)
-        of_conditions = work.unit(
-            "what is left", lambda: tuple(r for r in residuals(law, purity.count, shaft) if r.condition != "as measured")
-        )
+        shares = work.unit("what is left", partial(residuals, law, purity.count, shaft))
+        of_conditions = {condition: share for condition, share in shares.items() if condition != "as measured"}
         left_out = work.unit("orders left out", lambda: left_out_orders(fit, law, purity.count, shaft))
         after = _contours(work.part("corrected", 0.1, 0.5), corrected, original, angles)
         before = _contours(work.part("original", 0.5, 0.8), original, original, angles)
@@ -138,11 +130,11 @@ class CamCorrection(Study):
         a.curve("output_over_time", [motion(tau) for motion in motions], "motion of the output", unit, "version tau")
         accelerations = [shaft.mean**2 * motion(tau, 2) for motion in motions]
         a.curve("acceleration", accelerations, "acceleration of the output", f"{unit}/s^2", "version tau")
-        a.curve("residual", [r.condition for r in of_conditions], "deviation from the assumptions of the cam")
-        a.curve("share", [r.share for r in of_conditions], "residual as a share", "", "residual")
-        record_answer.state_record(a, drive, left_out, None if fit is None else residual_of_errors(fit, of_conditions))
-        if measurement is not None and self.acceleration is not None:
-            record_answer.warn_of_measurement(a, measurement, self.acceleration.cam, shaft)
+        a.curve("residual", list(of_conditions), "deviation from the assumptions of the cam")
+        a.curve("share", list(of_conditions.values()), "residual as a share", "", "residual")
+        record_answer.state_record(a, drive, left_out, of_conditions)
+        cam = "" if self.acceleration is None else self.acceleration.cam
+        record_answer.warn_of_measurement(a, measurement, cam, shaft)
         follower_unit = unit if drive.closure is None else "rad"
         for name, laws, of in (
             ("output", [cams.law for cams in cam_pair], unit),
@@ -152,18 +144,15 @@ class CamCorrection(Study):
             state_motion(a, name, derivatives, f"motion of the {name}", of, "version cam_angle")
         answer.state_orders(a, spectra, shaft, unit, shown_count, max(examined_count, purity.count or 0, last_order))
         deviations = [purity.deviation(motion) for motion in motions]
-        stroke = float(np.ptp(law(angles)))
-        answer.state_positions(a, drive, motions, accelerations, deviations, stroke)
-        shares = answer.state_proofs(
+        answer.state_positions(a, drive, motions, accelerations, deviations, float(np.ptp(law(angles))))
+        proof_shares = answer.state_proofs(
             a, purity, proofs, shaft.mean**2, unit, shown_count, examined_count, self.points, self.decimals
         )
-        answer.state_purity(a, purity, deviations, shares, left_out, self.points)
+        answer.state_purity(a, purity, deviations, proof_shares, left_out, self.points)
         answer.state_residuals(a, of_conditions)
         record_answer.state_speed_orders(a, shaft, fit)
         answer.state_contours(a, corrected, before, after, follower_unit, self.points, self.chord_tolerance)
-        record_answer.state_measurement(
-            a, measurement, "" if self.acceleration is None else self.acceleration.cam, shaft, tau, unit, shown_count
-        )
+        record_answer.state_measurement(a, measurement, cam, shaft, tau, unit, shown_count)
         yield a
 
     def draw(self, result: xr.Dataset) -> Figure:
@@ -171,8 +160,14 @@ class CamCorrection(Study):
         return draw_correction(result)
 
     def export(self, result: xr.Dataset, folder: Path) -> list[str]:
-        """Write points to mill of the corrected cam, drawings and cam tables."""
-        return file_lines(write_corrected_cam(result, folder))
+        """Write points to mill of the corrected cam, drawings and cam tables; without a follower the tables alone."""
+        speed = FourierSeries.of(result.wucht.summary["mean_speed"], result.speed_cosine.values, result.speed_sine.values)
+        cams, keys = DriveCams.of(drive_of(result), ShaftMotion(speed), True), result.wucht.question["study"]
+        for name, cam in cams.cams.items():
+            contour = result.sel(version=CAM_VERSIONS[True], cam=name)
+            check_points(cam, result.cam_angle.values, contour.contour_x.values + 1j * contour.contour_y.values)
+        points = mill_points(cams.cams, keys["chord_tolerance"], SPACING)
+        return file_lines(write_files(cams, points, folder, keys["chord_tolerance"], SPACING, keys["decimals"]))
 
 
 def _contours(work: Work, cams: DriveCams, original: DriveCams, angles: np.ndarray) -> dict[str, CheckedContour]:

@@ -16,6 +16,7 @@ from wucht.cams.elasticity import Twists, Vibrations
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.numerics.fourier_series import even_angles
 from wucht.studies.answer import Answer
+from wucht.studies.cam_answers import pad_orders
 
 _ORDER_TOLERANCE = 1e-12  # of the mean speed: smaller orders are not corrected by a cam
 _FLOOR = 1e-9  # residuals below are rounding
@@ -84,7 +85,10 @@ def _state_shaft(a: Answer, purity: Purity, name: str, one: ShaftPrediction, pow
     orders = shaft.speed.without_rounding(_ORDER_TOLERANCE).amplitudes.tolist()
     a.number("speed_orders", orders, f"amplitudes of the speed, {cam}", "rad/s")
     a.number("mean_power", powers[name]["mean"], f"mean power of the drive, {cam}", "W", headline=True)
-    eigenmotion = None if one.eigenmotion is None else asdict(one.eigenmotion)
+    eigenmotion: dict[str, float | None] | None = None
+    if one.eigenmotion is not None:
+        eigenmotion = {"mean_speed": shaft.mean, "period": 2 * math.pi / shaft.mean, "energy": one.energy}
+        eigenmotion["fluctuation"] = one.eigenmotion.fluctuation
     a.number("eigenmotion", eigenmotion, "motion at this mean speed without drive and loads", parts=_EIGENMOTION)
     residual = f"{_orders_text(purity)} {_share_text(one.deviation.orders)} of order {purity.reference}"
     a.line(name, f"{{mean_speed}}, fluctuating by {_share_text(shaft.fluctuation)}; {residual}")
@@ -158,14 +162,10 @@ def state_powers(
         a.line("drive", f"{demand}; saved {_power_text(saving['peak'])} and {_power_text(saving['mean_positive'])}")
 
 
-def state_cuts(a: Answer, purity: Purity, cuts: np.ndarray) -> None:
-    """State the residuals of cams cut by measurement, as variables."""
+def state_cuts(a: Answer, purity: Purity, cuts: np.ndarray) -> float | None:
+    """State the residuals of cams cut by measurement. Returns the ratio of the last two that exceed rounding."""
     a.curve("cut", np.arange(1, len(cuts) + 1), "number of the cam")
     a.curve("cut_residual", cuts, purity.name, "", "cut")
-
-
-def state_contraction(a: Answer, cuts: np.ndarray) -> float | None:
-    """State the same in the summary. Returns the ratio of the last two that exceed rounding."""
     a.number("cut_residuals", cuts.tolist(), "the same of cams cut by measurement, one after another")
     if len(cuts):
         residuals = ", ".join(_share_text(residual) for residual in cuts.tolist())
@@ -189,10 +189,8 @@ def state_simulation(
     if not confirmations:
         a.number("simulation", None, what)
         return
-    tau, amplitudes = even_angles(_SIMULATED_TIMES), np.full((len(confirmations), shown_count), np.nan)
-    for row, one, prediction in zip(amplitudes, confirmations, predictions.values(), strict=True):
-        spectrum = prediction.shaft.mean**2 * one.acceleration.amplitudes[:shown_count]
-        row[: len(spectrum)] = spectrum
+    tau, pairs = even_angles(_SIMULATED_TIMES), zip(confirmations, predictions.values(), strict=True)
+    amplitudes = [pad_orders(of.shaft.mean**2 * one.acceleration.amplitudes, shown_count) for one, of in pairs]
     residuals = [simulated_residual(purity, one) for one in confirmations]
     speeds = [one.speed(tau) if not one.failure else np.full(_SIMULATED_TIMES, np.nan) for one in confirmations]
     a.curve("simulated_tau", tau, "time of the last turn simulated as an angle", "rad")

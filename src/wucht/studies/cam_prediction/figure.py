@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.plots.cam_drawings import draw_bars_from, draw_motion, order_scale
+from wucht.plots.cam_drawings import CAM_LOOKS, draw_bars_from, draw_motion, order_scale
 from wucht.plots.page import small
 from wucht.plots.scales import decades_about, plain_decades, prefixed_unit, travel_unit, turn_scale
 from wucht.plots.sheet import draw_panels, labelled_handles, legend_above
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     Panel = Callable[[Axes, xr.Dataset], None]
-_COLOURS = {"original": COLOURS[1], "corrected": COLOURS[0]}
+_COLOURS: dict[str, str] = {name: look["color"] for name, look in CAM_LOOKS.items()}
 _RPM = 30 / math.pi
 _LOWEST = 1e-8  # of the largest order: the lower end of the axis
 _MOST_BARS = 24
@@ -29,7 +29,6 @@ _CLEAN = 1e-6  # of order 1: nothing
 _APART = 0.13  # of the panel: labels nearer to each other are left out
 _FEWEST_ROWS = 4
 _SIMULATION_LABEL = "simulated"
-_DASHES = {"original": "--", "corrected": "-"}  # so that both curves are visible where they coincide
 _DOT: dict[str, Any] = {"linestyle": "none", "markersize": 3.4, "markeredgewidth": 0.6, "markeredgecolor": "black", "zorder": 5}
 _DOT_MARKERS = {"original": "^", "corrected": "o"}
 _TURN = "time of a turn (°)"
@@ -55,9 +54,8 @@ def _legend(axis: Axes) -> None:
 
 def _draw_cams(axis: Axes, result: xr.Dataset, values: xr.DataArray) -> None:
     """Draw a line for each cam over a turn."""
-    for name, colour in _COLOURS.items():
-        look: dict[str, Any] = {"color": colour, "linewidth": 1.3, "linestyle": _DASHES[name], "label": f"{name} cam"}
-        axis.plot(np.degrees(result.tau.values), values.sel(cam=name).values, **look)
+    for name, look in CAM_LOOKS.items():
+        axis.plot(np.degrees(result.tau.values), values.sel(cam=name).values, linewidth=1.3, label=f"{name} cam", **look)
     turn_scale(axis, _TURN)
 
 

@@ -149,8 +149,10 @@ def _departure_text(confirmation: Confirmation, one: ShaftPrediction) -> str:
     return f"departs from the prediction by {_percent_text(confirmation.deviation)} of the speed{reason}"
 
 
-def warn_of_record(a: Answer, record: ShaftMotion, shares: dict[str, float], predictions: Predictions) -> None:
-    """Warn where the record of the speed is not that of the prediction with either cam."""
+def warn_of_record(a: Answer, record: ShaftMotion | None, shares: dict[str, float], predictions: Predictions) -> None:
+    """Warn where there is a record of the speed, which is not that of the prediction with either cam."""
+    if record is None:
+        return
     name, share = max(shares.items(), key=lambda one: one[1])
     shaft = predictions[name].shaft
     if share < _LEAST_SHARE or abs(shaft.mean / record.mean - 1) > _SAME_MEAN:
@@ -163,8 +165,10 @@ def warn_of_record(a: Answer, record: ShaftMotion, shares: dict[str, float], pre
         )
 
 
-def warn_of_twists(a: Answer, purity: Purity, twists: Twists) -> None:
-    """Warn where the cam for the rigid shaft is not clean behind the elastic one."""
+def warn_of_twists(a: Answer, purity: Purity, twists: Twists | None) -> None:
+    """Warn where the cam for the rigid shaft is not clean behind the elastic one, if there is one."""
+    if twists is None:
+        return
     for one in twists.cams:
         if one.name == RIGID_SHAFT_CAM and one.above > _TWIST_LIMIT:
             residual = _order_share_text(purity, one.above)

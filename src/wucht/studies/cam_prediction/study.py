@@ -18,10 +18,12 @@ from wucht.cams.dwells import dwells_of
 from wucht.cams.elastic_output import Dwell, ElasticOutput
 from wucht.cams.elastic_shaft import ElasticShaft
 from wucht.cams.elasticity import Twists, Vibrations, twists, vibrations
+from wucht.cams.laws import Law
+from wucht.cams.prediction import CamShaft
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.motion_law import MotionLaw
 from wucht.dynamics.work import Work
-from wucht.errors import InputError
+from wucht.errors import InputError, RunError
 from wucht.schema import SI, si
 from wucht.studies.answer import Answer
 from wucht.studies.cam_answers import state_law
@@ -98,7 +100,7 @@ class CamPrediction(Study):
 
     def solve(self, drive: CamDrive, prepared: Prepared, work: Work) -> Iterator[Answer]:
         """Compute both motions of the shaft, cuts, simulations, springs. Raises ``RunError`` where there is no motion."""
-        camshaft, output, twisting, dwells, speeds, _ = prepared
+        camshaft, output, twisting, dwells, speeds, record = prepared
         motion_law, law, tau = drive.motion_law, camshaft.law, np.linspace(0, 2 * math.pi, self.points + 1)
         turns = 0 if camshaft.is_enforced else self.simulate
         work.report(0.0, "motion of the shaft")
@@ -110,71 +112,46 @@ class CamPrediction(Study):
         count = 0 if camshaft.is_enforced else self.cuts
         part = work.part("cuts", 0.05, _CUTS_END if turns else _SIMULATIONS_END)
         cuts, failure = _cut_residuals(camshaft, count, part)
-        confirmations, middle = [], (_CUTS_END + _SIMULATIONS_END) / 2
-        if turns:
-            for n, (one, shaft) in enumerate(((law, original.shaft), (cam, motion))):
-                part = work.part("simulation", *((_CUTS_END, middle), (middle, _SIMULATIONS_END))[n])
-                report_share = partial(_report_simulation, part)
-                confirmations.append(part.unit(f"{n}", partial(confirmation, camshaft.shaft, one, shaft, turns, report_share)))
+        confirmations = _confirmations(camshaft.shaft, ((law, original.shaft), (cam, motion)), turns, work)
         work.report(_SIMULATIONS_END, "springs")
         output_vibrations: Vibrations | None = None
         shaft_twists: Twists | None = None
         if output is not None:
-            output_vibrations = work.unit(
-                "output", lambda: vibrations(output, motion_law, original.shaft, motion, dwells, speeds)
-            )
+            vibrate = partial(vibrations, output, motion_law, original.shaft, motion, dwells, speeds)
+            output_vibrations = work.unit("output", vibrate)
         if twisting is not None:
             inertia = camshaft.shaft.output_inertia
             shaft_twists = work.unit("twist", lambda: twists(twisting, law, camshaft.purity, inertia, original.shaft, motion))
+        a, purity, unit = Answer(), camshaft.purity, motion_law.unit
         predictions = {"original": original, "corrected": corrected}
-        yield self._answer(drive, prepared, predictions, cuts, failure, confirmations, output_vibrations, shaft_twists)
-
-    def _answer(
-        self,
-        drive: CamDrive,
-        prepared: Prepared,
-        predictions: answer.Predictions,
-        cuts: np.ndarray,
-        failure: str,
-        confirmations: Sequence[Confirmation],
-        output_vibrations: Vibrations | None,
-        shaft_twists: Twists | None,
-    ) -> Answer:
-        camshaft, output, twisting, _, _, record = prepared
-        a, purity, motion_law, unit = Answer(), camshaft.purity, drive.motion_law, drive.motion_law.unit
-        tau = np.linspace(0, 2 * math.pi, self.points + 1)
         shown_count = min(max(3 * (motion_law.count or self.orders), _FEWEST), _MOST)
-        constant_power = camshaft.constant_speed_power(predictions["corrected"].shaft.mean, self.points)
+        constant_power = camshaft.constant_speed_power(motion.mean, self.points)
         constant = answer.power_numbers(constant_power)
         powers = {name: answer.power_numbers(one.drive * one.shaft.speed(tau)) for name, one in predictions.items()}
         answer.state_motions(a, predictions, tau, constant_power, unit, shown_count)
-        state_law(a, CorrectedLaw(camshaft.law, predictions["corrected"].shaft), tau, "law of the corrected cam", unit)
+        state_law(a, cam, tau, "law of the corrected cam", unit)
         a.number("unit", unit, "unit of the output")
         a.number("harmonics", motion_law.count, "number N of harmonics of the law")
-        answer.state_cuts(a, purity, cuts)
         answer.state_shafts(a, camshaft, predictions, powers)
         answer.state_position_errors(a, predictions, unit)
         shares = answer.state_speed_record(a, record, predictions, tau)
         answer.state_powers(a, camshaft, constant, powers)
-        contraction = answer.state_contraction(a, cuts)
+        contraction = answer.state_cuts(a, purity, cuts)
         answer.state_simulation(a, purity, self.simulate, confirmations, predictions, unit, shown_count)
         answer.state_output(a, output, output_vibrations, unit)
         answer.state_twists(a, purity, shaft_twists, output is not None)
         verdict.state_prediction_verdict(a, camshaft, predictions, confirmations, shaft_twists, powers["corrected"]["peak"])
         verdict.warn_of_cutting(a, camshaft, contraction, failure)
         verdict.warn_of_motions(a, predictions, confirmations)
-        if output_vibrations is not None:
-            a.warn(*output_vibrations.notes)
-        if record is not None:
-            verdict.warn_of_record(a, record, shares, predictions)
-        if shaft_twists is not None:
-            verdict.warn_of_twists(a, purity, shaft_twists)
+        a.warn(*(output_vibrations.notes if output_vibrations is not None else ()))
+        verdict.warn_of_record(a, record, shares, predictions)
+        verdict.warn_of_twists(a, purity, shaft_twists)
         is_rigid = output is None and twisting is None
         a.assume(
             "rigid parts" if is_rigid else "elastic parts where stiffnesses are given",
             "the camshaft held at its drive's speed" if camshaft.is_enforced else "the camshaft as inertia and drive move it",
         )
-        return a
+        yield a
 
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw speeds, orders and powers of both cams, and cuts or springs if there are any."""
@@ -189,8 +166,16 @@ def _dwell_on_arc(motion_law: MotionLaw, arc: tuple[float, float]) -> Dwell:
         raise error.with_prefix("study") from None
 
 
-def _report_simulation(work: Work, share: float) -> None:
-    work.report(share, "simulation in time")
+def _confirmations(
+    camshaft: CamShaft, motions: Sequence[tuple[Law, ShaftMotion]], turns: int, work: Work
+) -> list[Confirmation]:
+    """Return the simulation of each predicted motion with its cam; none without turns."""
+    confirmations, middle = list[Confirmation](), (_CUTS_END + _SIMULATIONS_END) / 2
+    for n, (cam, motion) in enumerate(motions if turns else ()):
+        part = work.part("simulation", *((_CUTS_END, middle), (middle, _SIMULATIONS_END))[n])
+        report_share = partial(part.report, label="simulation in time")
+        confirmations.append(part.unit(f"{n}", partial(confirmation, camshaft, cam, motion, turns, report_share)))
+    return confirmations
 
 
 def _cut_residuals(camshaft: DrivenCamshaft, count: int, work: Work) -> tuple[np.ndarray, str]:
@@ -198,9 +183,17 @@ def _cut_residuals(camshaft: DrivenCamshaft, count: int, work: Work) -> tuple[np
     residuals, cam = list[float](), camshaft.law
     for n in range(count):
         work.report(n / count, f"cut and measured: cam {n + 1}")
-        one = work.unit(f"cam {n + 1}", partial(camshaft.cut_trial, cam))
-        if one.shaft is None:
-            return np.array(residuals), f"with cam {n + 1}, cut for the speed measured with the one before: {one.failure}"
-        residuals.append(one.residual)
-        cam = CorrectedLaw(camshaft.law, one.shaft)
+        outcome = work.unit(f"cam {n + 1}", partial(_cut_trial, camshaft, cam))
+        if isinstance(outcome, str):
+            return np.array(residuals), f"with cam {n + 1}, cut for the speed measured with the one before: {outcome}"
+        residuals.append(outcome[0])
+        cam = CorrectedLaw(camshaft.law, outcome[1])
     return np.array(residuals), ""
+
+
+def _cut_trial(camshaft: DrivenCamshaft, cam: Law) -> tuple[float, ShaftMotion] | str:
+    """Return what a cam leaves and the motion of the shaft that is measured with it, or why there is no such motion."""
+    try:
+        return camshaft.shaft.residual_with_cam(cam, camshaft.purity)
+    except RunError as error:
+        return str(error)

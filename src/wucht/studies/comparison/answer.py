@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from wucht.plots.result_curves import CurveKind
 from wucht.results.formatting import value_in_words
 from wucht.studies.answer import Answer
-from wucht.studies.comparison.compared_result import ComparedResult, CurveKind
+from wucht.studies.comparison.compared_result import ComparedResult
 from wucht.studies.comparison.variants import Variant, VariedKey
 
 

@@ -12,8 +12,8 @@ from wucht.plots.page import current_page, small
 from wucht.plots.scales import printed_values
 from wucht.plots.sheet import labelled_handles, legend_above, legend_below, new_grid
 from wucht.plots.time_courses import TurnWindows, draw_course, shown_until
+from wucht.results.comparison_table import shown_numbers, variant_names
 from wucht.results.formatting import printed_unit, value_in_words, wrap_text
-from wucht.studies.comparison.comparison_table import shown_numbers, variant_names
 
 if TYPE_CHECKING:
     import xarray as xr

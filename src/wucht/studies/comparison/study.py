@@ -15,11 +15,11 @@ from pydantic import BeforeValidator
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, WuchtError
 from wucht.file_names import printable
+from wucht.results.comparison_table import comparison_report
 from wucht.schema import Composite, composite
 from wucht.studies.answer import Answer
 from wucht.studies.comparison.answer import state_comparison
 from wucht.studies.comparison.compared_result import ComparedResult
-from wucht.studies.comparison.comparison_table import comparison_report
 from wucht.studies.comparison.figure import figure
 from wucht.studies.comparison.variants import ComparedVariants, Variant
 from wucht.studies.resource_limits import refuse_turns

@@ -13,7 +13,6 @@ from wucht.dynamics.exciters.design_trials import (
     Candidates,
     CheckedCandidate,
     DesignTrials,
-    LocalOptimum,
     damage_weighted_cycles,
     spectrum_distances,
 )
@@ -49,7 +48,7 @@ def state_design(
     spread: float,
     reach: Sequence[Candidates] = (),
     search: Sequence[Candidates] = (),
-    optima: Sequence[LocalOptimum] = (),
+    optima: Sequence[tuple[np.ndarray, float]] = (),
     runs: Sequence[CheckedCandidate] = (),
     checks: Sequence[CheckedCandidate] = (),
     cliff: Cliff | None = None,
@@ -212,7 +211,7 @@ def _state_runs(
     trials: DesignTrials,
     target: LoadCycles,
     runs: Sequence[CheckedCandidate],
-    optima: Sequence[LocalOptimum],
+    optima: Sequence[tuple[np.ndarray, float]],
 ) -> None:
     """State the runs of the full equations, and the designs before them."""
     if steady_runs := [c for c in runs if not c.beats]:
@@ -230,7 +229,7 @@ def _state_runs(
     )  # fmt: skip
     a.curve("run_slow", np.array(slow, float), in_slow, "", "run")
     a.curve("run_full", np.array(full, float), in_full, "", "run")
-    local_optima = [_values_by_name(trials, optimum.numbers) | {"distance": optimum.distance} for optimum in optima]
+    local_optima = [_values_by_name(trials, numbers) | {"distance": distance} for numbers, distance in optima]
     a.number("polished", local_optima, "parameters after the local search, and their distance in the averaged equations")
     a.curve("run_value", _stack([c.numbers for c in runs], len(trials.variables)), "values, in SI", "", "run variable")
     beats = np.array([c.beats for c in runs], np.int8)

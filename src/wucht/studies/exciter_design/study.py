@@ -25,11 +25,11 @@ from wucht.dynamics.exciters.design_trials import (
     Candidates,
     CheckedCandidate,
     DesignTrials,
-    LocalOptimum,
     spectrum_distances,
 )
 from wucht.dynamics.exciters.neighbour_check import compare_designs, end_of_beating
 from wucht.dynamics.exciters.slow_beats import Rig
+from wucht.dynamics.exciters.target_spectrum import Target, read_target, target_spectrum
 from wucht.dynamics.run_ups.machine_signals import MachineSignal, machine_signal
 from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.dynamics.run_ups.run_up_models import slow_model
@@ -43,8 +43,8 @@ from wucht.machines.parts.base import Body
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
 from wucht.studies.exciter_design.answer import state_design
-from wucht.studies.exciter_design.design_target import MachineInFolder, Target, read_target, target_spectrum
 from wucht.studies.exciter_design.figure import figure
+from wucht.studies.exciter_design.machine_in_folder import MachineInFolder
 from wucht.studies.key_types import DEFAULT_TOLERANCE, Inertia, Start, Tolerance, Whole
 from wucht.studies.shared_keys import Vary
 from wucht.studies.study import AVERAGED_EQUATIONS, FULL_EQUATIONS, Study
@@ -73,7 +73,7 @@ class ExciterDesign(Study):
     kind = "exciter-design"
     solves = f"{AVERAGED_EQUATIONS} for the search, {FULL_EQUATIONS} for the best"
     from_start = True
-    subject = "wucht.studies.exciter_design.design_target:MACHINE_IN_FOLDER"
+    subject = "wucht.studies.exciter_design.machine_in_folder:MACHINE_IN_FOLDER"
     meaning = (*Study.meaning, "target", "vary", "signal")
     curves = (("share", "amplitude_full"),)
 
@@ -173,16 +173,16 @@ class ExciterDesign(Study):
         for generation in search_generations(trials, nominal, target, reach, self.population, count, self.seed, part):
             search.append(generation)
             yield Answer(units, partial(state, search=tuple(search)))
-        state, optima = partial(state, search=tuple(search)), list[LocalOptimum]()
+        state, optima = partial(state, search=tuple(search)), list[tuple[np.ndarray, float]]()
         best, part = best_apart(trials, [*reach, *search], self.candidates), work.part("polish", _SEARCH, _POLISH)
         for k, numbers in enumerate(best):
             here = part.part("", k / len(best), (k + 1) / len(best))
             optima.append(local_optimum(trials, numbers, target, self.polish, f"{k}", here))
             yield Answer(units, partial(state, optima=tuple(optima)))
         state, runs, part = partial(state, optima=tuple(optima)), list[CheckedCandidate](), work.part("full", _POLISH, _FULL)
-        for k, optimum in enumerate(optima):
+        for k, (numbers, _) in enumerate(optima):
             here = part.part("", k / len(best), (k + 1) / len(best))
-            runs.append(full_run(trials, optimum.numbers, target, self.beats, f"{k}", here))
+            runs.append(full_run(trials, numbers, target, self.beats, f"{k}", here))
             yield Answer(units, partial(state, runs=tuple(runs)))
         part = work.part("correction", _FULL, _CORRECTION)
         for corrected_run in corrected_runs(trials, target, runs, self.corrections, self.polish, self.beats, part):

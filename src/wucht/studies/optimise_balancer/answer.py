@@ -95,7 +95,7 @@ def _units_in_words(search: BalancerSearch) -> str:
 
 def _state_question(a: Answer, search: BalancerSearch, unbalance: tuple[float, float], count: int) -> None:
     """State the objectives, the variables, and the runs. count: of the candidates so far."""
-    variables, trials, samples = search.variables, search.as_it_is, search.as_it_is.settings.samples
+    variables, trials, samples = search.variables, search.as_it_is, search.as_it_is.samples
     a.curve("objective", np.array(OBJECTIVES, str), "objective")
     a.curve("variable", np.array([v.name for v in variables], str), "variable")
     a.curve("outcome", np.array(OUTCOMES, str), "outcome")
@@ -209,7 +209,7 @@ def _gain(search: BalancerSearch, candidate: BalancerCandidate, as_it_is: Balanc
 
 def _warn_of_deviations(a: Answer, search: BalancerSearch, front: Sequence[BalancerCandidate], unbalance: float) -> None:
     """Warn of objectives in which the check differs from the search by more than chance. unbalance: the greatest, in kg m."""
-    samples = search.as_it_is.settings.samples
+    samples = search.as_it_is.samples
     off = {k: p.deviations(unbalance, samples) for k, p in enumerate(front) if p.check is not None and not p.check.reason}
     for column in search.objectives:
         if not (deviating := [k for k, deviations in off.items() if deviations[column] > 1]):
@@ -230,7 +230,7 @@ def _warn_of_undecided_runs(a: Answer, search: BalancerSearch, shares: np.ndarra
     if not shares.any():
         return
     consequence = "the stated settling time is a lower bound, the capture probability an upper one"
-    is_limited = search.as_it_is.settings.until is not None
+    is_limited = search.as_it_is.until is not None
     longer = "; a longer study.until may decide" if is_limited else "; a smaller study.tolerance may decide"
     count = int((shares > 0).sum())
     subject = "1 candidate has" if count == 1 else f"{count} candidates have"

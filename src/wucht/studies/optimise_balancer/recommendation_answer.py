@@ -104,7 +104,7 @@ def _state_recommended(
         a.number("fails", merit.most_failing, at_most)
         a.number("fails_for_certain", merit.failing_share, "the same without them")
         a.number("cliff", of_cliff, at_cliff)
-        time = motor_time(machine, search.as_it_is.settings.start)
+        time = motor_time(machine, search.as_it_is.start)
         a.number("motor_time", time, "time in which the motor reaches its speed without vibration", "time")
         is_set_by_motor = motor_sets(time, merit.settling_time)
         a.number("motor_sets_time", is_set_by_motor, "whether the motor, not the balancer, sets the settling time")

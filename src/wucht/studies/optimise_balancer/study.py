@@ -15,7 +15,6 @@ from wucht.dynamics.balancers.candidates import (
     PEAK,
     BalancerTrials,
     CandidateResults,
-    TrialSettings,
     unbalance_parameter,
     with_bodies,
 )
@@ -162,9 +161,10 @@ class OptimiseBalancer(EnsembleStudy):
             raise InputError(path, subject.values[path], reason)
         inertia = keeps_inertia(subject, True if self.inertia is None else self.inertia)
         self._check_start(subject)
-        settings = TrialSettings(self.samples, self.seed, self.start, self.until, self.order, self.tolerance)
-        variables = self._variables(subject, path, factor)
-        as_it_is = BalancerTrials(settings, subject, variables, path, (low * factor, high * factor), inertia)
+        as_it_is = BalancerTrials(
+            subject, self._variables(subject, path, factor), path, (low * factor, high * factor), inertia,
+            self.samples, self.seed, self.start, self.until, self.order, self.tolerance,
+        )  # fmt: skip
         columns = self._columns(subject)
         as_it_is.check_ends()
         warnings = omission_warnings(as_it_is.question(self.model), self.start, (), ())

@@ -1,9 +1,8 @@
-"""The target of a design: its keys, the spectrum that they give, and the machine with the folder of its file."""
+"""The target of a design: its keys, and the load spectrum that they give."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,12 +12,9 @@ from pydantic import Field
 from wucht.errors import InputError
 from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.fatigue.cumulative_spectra import EXPONENTS, standard_spectrum, tabulated_spectrum
-from wucht.files.documents import Document, contents_digest
 from wucht.files.tables import read_table
-from wucht.machines.machine import Machine
-from wucht.schema import SI, Composite, TableModel, Unit, composite, is_pairs, read_quantity, require_table, si, validate_table
-from wucht.studies.key_types import TrueOrFalse, Value
-from wucht.studies.subjects import MACHINE, Description
+from wucht.schema import SI, Composite, TableModel, Unit, composite, is_pairs, read_quantity, si, validate_table
+from wucht.schema.key_values import TrueOrFalse, Value
 
 _AT = "study.target"
 _CYCLES = Unit("cycles", "number of cycles")  # without that unit a cycle would be 2 pi
@@ -135,35 +131,3 @@ def _spectrum_from_rows(rows: Sequence[Sequence[float]], location: str, value: o
     if not cumulative[0] > 1:
         raise InputError(location, value, "must have more than one cycle")
     return tabulated_spectrum(amplitudes, cumulative, is_stepped)
-
-
-@dataclass(frozen=True)
-class MachineInFolder:
-    """Machine that was read from a study file in a folder."""
-
-    machine: Machine
-    folder: Path
-
-    def contents(self, name: str) -> str:
-        """Return the contents of a file beside the study file: a changed file makes another question."""
-        return contents_digest(self.folder / name)
-
-
-class MachineInFolderSubject:
-    """Subject of a design: the machine of the table ``[machine]``, with its folder if the target lies in a file beside it."""
-
-    def from_document(
-        self, document: Document, path: Path, name: str, settings: Mapping[str, Any]
-    ) -> tuple[Machine | MachineInFolder, Document]:
-        """Read the machine, see ``Subject``."""
-        machine, facts = MACHINE.from_document(document, path, name, settings)
-        target = require_table(document, "study", "study").get("target") if "study" in document else None
-        has_target_file = isinstance(target, Mapping) and "file" in target
-        return MachineInFolder(machine, path.parent) if has_target_file else machine, facts
-
-    def describe(self, subject: Any) -> Description:
-        """Describe the machine, see ``Subject``."""
-        return MACHINE.describe(subject.machine if isinstance(subject, MachineInFolder) else subject)
-
-
-MACHINE_IN_FOLDER = MachineInFolderSubject()

@@ -8,7 +8,7 @@ from wucht.cams.contact import FollowerLoad, Material
 from wucht.cams.drive import CamDrive
 from wucht.errors import InputError
 from wucht.schema import SI, TableModel, Unit, read_quantity, si
-from wucht.studies.key_types import Value
+from wucht.schema.key_values import Value
 
 _QUANTITIES = {
     "rad": {

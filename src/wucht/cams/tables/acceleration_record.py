@@ -13,7 +13,7 @@ from wucht.errors import InputError
 from wucht.measurements.reading import read_recording
 from wucht.measurements.recording import Channel
 from wucht.schema import SI, TableModel, Unit, si
-from wucht.studies.key_types import Whole
+from wucht.schema.key_values import Whole
 
 MOST_ORDERS = 250
 Count = Annotated[Whole, Field(ge=1, le=MOST_ORDERS)]
