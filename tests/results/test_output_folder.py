@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 import xarray as xr
 from tests import refusals
-from tests.refusals import failed, refused
+from tests.refusals import failed
 
 from wucht.errors import RunError
 from wucht.results import output_folder
@@ -30,7 +30,6 @@ from wucht.results.output_folder import (
     latest_file,
     note_figure,
 )
-from wucht.studies import memory
 
 CLAIM = """
 import sys, time
@@ -306,23 +305,3 @@ def test_a_file_system_that_knows_no_flushing(
     with pytest.raises(OSError, match="none") if matters else nullcontext():
         output_folder._flush(tmp_path)
     assert len(closed) == 1
-
-
-def test_what_is_kept_in_a_folder_that_another_process_changes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def gone(*_: Any) -> Any:
-        raise FileNotFoundError
-
-    def full(*_: Any) -> Any:
-        raise PermissionError(13, "Permission denied")
-
-    (tmp_path / "a").mkdir()
-    with monkeypatch.context() as patch:
-        patch.setattr(Path, "glob", gone)
-        assert memory._matching_paths(tmp_path, "*") == []
-    memory._remove(tmp_path / "nothing", tmp_path)
-    with monkeypatch.context() as patch:
-        patch.setattr(Path, "rename", full)
-        with refused("-o", "nothing can be written there: Permission denied", given=str(tmp_path)):
-            memory._remove(tmp_path / "a", tmp_path)
-    memory._remove(tmp_path / "a", tmp_path)
-    assert list(tmp_path.iterdir()) == []

@@ -142,21 +142,6 @@ def remove_partial(folder: Path) -> None:
         (folder / PARTIAL).unlink(missing_ok=True)
 
 
-def rename_unfinished(folder: Path) -> None:
-    """Give an incomplete result the name of one: earlier versions of wucht wrote it as ``result.nc``."""
-    import h5py
-
-    if not _has_content(folder / RESULT):
-        return
-    with suppress(Exception):  # a damaged file can cause any error in the libraries beneath: it is not such a result
-        with h5py.File(folder / RESULT) as file:
-            is_unfinished = "study" in file.attrs and file.attrs["finished"] == 0
-        if is_unfinished:
-            (folder / RESULT).replace(folder / PARTIAL)
-            if _read_summary(folder / SUMMARY):
-                (folder / SUMMARY).replace(folder / _PARTIAL_SUMMARY)
-
-
 def commit(folder: Path) -> None:
     """Replace the earlier result by the files in the sub-folder ``.wucht-new``, all or none of them.
 

@@ -25,7 +25,7 @@ from wucht.plots.sheet import write_assumptions
 from wucht.results.accessor import register_accessor
 from wucht.results.attempts import Attempts, with_attempt_warnings
 from wucht.results.formatting import units_in_print
-from wucht.results.output_folder import NEW, claim_folder, commit, remove_partial, rename_unfinished, save_partial
+from wucht.results.output_folder import NEW, claim_folder, commit, remove_partial, save_partial
 from wucht.results.output_folder import load_result as read_result
 from wucht.results.provenance import provenance, refuse_edited_values
 from wucht.results.report import lines_in_print, report_of
@@ -151,7 +151,6 @@ def _compute_result(
     memory, notes, untitled_question = UnitMemory(), list[str](), without_titles(question)
     if folder is not None:
         folder = prepare_folder(folder, [*files, *map(partial_name, files)])
-        rename_unfinished(folder)
         if resume:
             complete_result, notes = earlier_result(folder, spec, untitled_question)
             if complete_result is not None:
