@@ -65,7 +65,8 @@ class Loopback:
         self.workers.append(self._process("worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard"))
 
     def _process(self, what: str, *options: str) -> subprocess.Popen[bytes]:
-        environment = os.environ | {"PYTHONPATH": str(HERE)}
+        path = filter(None, (str(HERE), os.environ.get("PYTHONPATH")))  # the wucht that is tested, wherever it stands
+        environment = os.environ | {"PYTHONPATH": os.pathsep.join(path)}
         with self.log.open("ab") as log:
             command = [sys.executable, "-m", "dask", what, *options]
             return subprocess.Popen(command, env=environment, cwd=self.log.parent, stdout=log, stderr=log)

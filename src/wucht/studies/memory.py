@@ -38,7 +38,7 @@ _FINGERPRINT = "[0-9a-f]" * _HASH
 _EARLIER = f"{_FINGERPRINT}/zarr.json"  # as version 0.2.0 stored the units of a question
 _QUESTION = "question"  # in a file, beside the units
 _EVERY_S = 2.0  # between two writings: a kill loses only the units computed since then, and the current one
-_LARGE, _MOST = 8_000_000, 64_000_000  # bytes waiting to be written
+_MOST = 8_000_000  # bytes waiting to be written
 _TRIES = 3  # attempts to write, if another process has removed the folder meanwhile
 _MOST_DIFFERENCES = 3
 
@@ -97,11 +97,6 @@ class UnitMemory:
             if clock.perf_counter() - self._write_time > _EVERY_S or self._size > _MOST:
                 self.flush()
 
-    @property
-    def is_large(self) -> bool:
-        """True if unwritten units take so much memory that they should be written before more is needed."""
-        return self._size > _LARGE
-
     def flush(self) -> None:
         """Write the new units. Raises ``RunError`` if that is not possible."""
         self._write_time = clock.perf_counter()
@@ -130,7 +125,7 @@ class UnitMemory:
             with suppress(WuchtError):  # the error of the study is more informative
                 self.flush()
             if self._folder is not None and isinstance(error, KeyboardInterrupt):
-                raise KeyboardInterrupt(_interruption(self._folder)) from None
+                raise KeyboardInterrupt(interruption(self._folder)) from None
             raise
 
     def forget(self) -> None:
@@ -236,12 +231,14 @@ def begin_units(folder: Path, question: Mapping[str, Any], resume: bool, announc
     return memory
 
 
-def _interruption(folder: Path) -> str:
-    """The sentence on what a run has left that was interrupted before it could write its result."""
-    part = f"what was computed so far is in {folder / PARTIAL}" if (folder / PARTIAL).is_file() else "there is no result yet"
-    steps = ", and --resume continues from there" if stored_questions(folder) else ", and nothing to continue"
+def interruption(folder: Path, failure: str = "") -> str:
+    """The sentence on a run that was interrupted, or has failed: what it leaves in its folder, and what was there before."""
     earlier = f"; the earlier result, {folder / RESULT}, is unchanged" if (folder / RESULT).is_file() else ""
-    return f"interrupted: {part}{steps}{earlier}"
+    if failure:
+        return f"{failure}. What was computed so far is in {folder / PARTIAL}{earlier}"
+    part = f"what was computed so far is in {folder / PARTIAL}" if (folder / PARTIAL).is_file() else "there is no result yet"
+    steps = "--resume continues from there" if stored_questions(folder) else "nothing to continue"
+    return f"interrupted: {part}, and {steps}{earlier}"
 
 
 def _stored_result(file: Path) -> xr.Dataset | None:

@@ -186,8 +186,6 @@ def _compute_result(
             memory.flush()
             remedy = "only a run with a folder can be resumed" if folder is None else "--resume continues from there"
             notes.append(f"interrupted: the result is incomplete; {remedy}")
-        if memory.is_large:
-            memory.flush()
         final = assemble_result(answer, not is_interrupted)
         del answer, answers  # what they have may be larger than the result
         if folder is not None:
