@@ -28,7 +28,7 @@ from wucht.results.formatting import units_in_print
 from wucht.results.output_folder import NEW, claim_folder, commit, remove_partial, save_partial
 from wucht.results.output_folder import load_result as read_result
 from wucht.results.provenance import provenance, refuse_edited_values
-from wucht.results.report import lines_in_print, report_of
+from wucht.results.report import is_of_version_0_1, lines_in_print, report_of
 from wucht.results.store import RESULT, file_name, partial_name, prepare_folder, return_free_memory, save, to_json
 from wucht.studies.answer import Answer
 from wucht.studies.assumptions import assumptions
@@ -342,7 +342,8 @@ def report(result: xr.Dataset) -> list[str]:
     InputError
         As ``draw`` does; for an unknown study where the result has no lines.
     """
-    if result.attrs.get("study") in studies() or result.wucht.stored_report is None:
+    is_known = result.attrs.get("study") in studies() or result.wucht.stored_report is None
+    if is_known and not is_of_version_0_1(result):
         with _study_of_result(result) as entry:
             return lines_in_print(entry.drawer.report(result), result)
     with refuse_edited_values(result):
@@ -384,6 +385,11 @@ def _study_of_result(result: xr.Dataset) -> Iterator[StudyEntry]:
         module = result.attrs.get("study_module")
         place = "is not installed" if module is None else f"is in the module {module}, to be imported first: --import {module}"
         raise InputError("study", kind, f"there is no study of this kind; it {place}")
+    if is_of_version_0_1(result):
+        explanation = (
+            "this result is of version 0.1 of wucht, which alone can draw it; `wucht report` has its verdict and numbers"
+        )
+        raise InputError(kind, None, explanation, code="earlier-version")
     contents = result.wucht.contents if "contents" in result.attrs else ["contents"]
     missing = [n for n in contents if n not in result.variables]
     if missing:
