@@ -13,7 +13,8 @@ from dataclasses import fields, is_dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Any
-from zipfile import ZipFile, ZipInfo
+from zipfile import ZIP_DEFLATED, ZIP_STORED, ZipFile, ZipInfo
+from zlib import compress
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from wucht.errors import WuchtError
 
 _KINDS = "biufcU"  # of arrays: booleans, integers, real and complex numbers, text
 _TREE = "tree.json"
+_SAMPLE = 1000  # numbers that tell whether an array can be compressed
 
 
 def write_values(path: Path, values: Mapping[str, Any]) -> None:
@@ -28,10 +30,18 @@ def write_values(path: Path, values: Mapping[str, Any]) -> None:
     arrays = list[np.ndarray]()
     tree = json.dumps({name: _pack(value, arrays) for name, value in values.items()})
     with ZipFile(path, "w") as file:
-        file.writestr(ZipInfo(_TREE), tree)
+        file.writestr(ZipInfo(_TREE), tree, ZIP_DEFLATED)
         for number, array in enumerate(arrays):  # in pieces: memory may not suffice for a second copy
-            with file.open(ZipInfo(f"{number}.npy"), "w", force_zip64=True) as entry:
+            info = ZipInfo(f"{number}.npy")
+            info.compress_type = _compression(array)
+            with file.open(info, "w", force_zip64=True) as entry:
                 np.lib.format.write_array(entry, array, allow_pickle=False)
+
+
+def _compression(array: np.ndarray) -> int:
+    """Of an entry: what does not become much smaller, as most numbers, would take much time for nothing."""
+    sample = array.flat[:: max(1, array.size // _SAMPLE)].tobytes()
+    return ZIP_DEFLATED if len(compress(sample)) < 0.75 * len(sample) else ZIP_STORED
 
 
 def read_value(path: Path, name: str) -> Any:
