@@ -24,8 +24,3 @@ def with_answer(result: xr.Dataset, units: Mapping[str, Mapping[str, str]] | Non
     parts = {key: {"parts": {part: {"unit": unit} for part, unit in of.items()}} for key, of in (units or {}).items()}
     quantities = result.wucht.quantities | parts
     return result.copy().assign_attrs(summary=json.dumps(result.wucht.summary | answer), quantities=json.dumps(quantities))
-
-
-def titled(result: xr.Dataset, dimensionless: bool = False) -> xr.Dataset:
-    """What the runner adds to the Dataset of a study, as far as reports and figures need it."""
-    return result.assign_attrs(title="A machine", dimensionless=int(dimensionless))

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from wucht import run
+from wucht.extending import Study
 from wucht.machines.machine import Machine
-from wucht.studies.runner import run
-from wucht.studies.study import Study
 
 
 def stop_at(call: int, during: str = "") -> Callable[[float, str], None]:

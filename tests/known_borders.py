@@ -9,10 +9,9 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import brentq
 
+from wucht import CaptureProbability, run
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
-from wucht.studies.capture_probability.study import CaptureProbability
-from wucht.studies.runner import run
 
 MASS, STIFFNESS, DAMPING, UNBALANCE, FREE_SPEED = 10.0, 1e5, 60.0, 5e-3, 150.0
 SLOWEST, FASTEST = 95.0, 115.0  # of the random speeds

@@ -5,12 +5,17 @@
 
 from __future__ import annotations
 
+import json
+import os
 import re
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 import pytest
 
-from wucht.errors import InputError, RunError, WuchtError
+from wucht import InputError, RunError, WuchtError, run_file
 
 _ANYTHING = object()
 
@@ -77,3 +82,56 @@ def failed(code: str, *naming: str) -> Refusal:
 def rejected(code: str, *naming: str) -> Refusal:
     """A ``WuchtError`` of this code: equations or calls that make no sense."""
     return Refusal(WuchtError, code, naming)
+
+
+# --- sentences, each stated once ---
+
+SENTENCES = Path(__file__).with_name("stated") / "refusals.json"
+_SHOWN, _MOST = 100, 2000  # characters of a long text that name a case; of a sentence
+
+
+def check_refusal(case: str, ask: Callable[[], object]) -> InputError:
+    """What is asked is refused with the key, the code and the sentence that ``tests/stated/refusals.json`` has for the case.
+
+    A change that is meant is stated anew with ``WUCHT_STATE=1 python -m pytest -n 0 FILES`` and read in the difference.
+    """
+    with pytest.raises(InputError) as raised:
+        ask()
+    error = raised.value
+    said = [_without_folders(error.key), error.code, _without_folders(str(error))]
+    stated = json.loads(SENTENCES.read_text(encoding="utf-8"))
+    if os.environ.get("WUCHT_STATE"):
+        stated[case] = said
+        lines = (
+            f" {json.dumps(name, ensure_ascii=False)}: {json.dumps(stated[name], ensure_ascii=False)}"
+            for name in sorted(stated)
+        )
+        SENTENCES.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
+    assert said == stated.get(case), f"{case}: {said}, stated {stated.get(case)}"
+    return error
+
+
+def check_file(name: str, text: str, changes: Mapping[str, str], settings: Mapping[str, Any] | None = None) -> InputError:
+    """A study file, written here as ``study.toml`` with some of its text changed, is refused as is stated; nothing is written.
+
+    name: of the file, with which the cases begin.
+    """
+    for old, new in changes.items():
+        assert old in text, f"{old!r} is not in the file"
+        text = text.replace(old, new, 1)
+    Path("study.toml").write_text(text, encoding="utf-8")
+    words = [_short(f"{old} -> {new}") for old, new in changes.items()]
+    words += [_short(f"{key} = {value!r}") for key, value in (settings or {}).items()]
+    error = check_refusal(f"{name}: {', '.join(words)}", lambda: run_file("study.toml", settings, folder="out"))
+    assert len(str(error)) < _MOST and "\n" not in str(error)
+    assert not Path("out").exists(), "a refused study leaves no folder behind"
+    return error
+
+
+def cases_of(changes: Mapping[str, Iterable[str]]) -> list[Any]:
+    """Parameters (old, new) of a test, from the texts that take the place of each."""
+    return [pytest.param(old, new, id=_short(f"{old} -> {new}")) for old, texts in changes.items() for new in texts]
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _SHOWN else f"{text[: _SHOWN // 2]}...{text[-_SHOWN // 4 :]} ({len(text)})"

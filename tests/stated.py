@@ -20,7 +20,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from wucht.studies.runner import report
+from wucht import report
 
 FOLDER = Path(__file__).with_name("stated")
 # Another processor or another version of a library changes the last bits, which the longest runs raise to 1e-5.

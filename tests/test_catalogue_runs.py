@@ -7,8 +7,8 @@ import pytest
 import xarray as xr
 from tests import stated
 
+from wucht import run
 from wucht.files.catalogue import names
-from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
 
 # name: outcome, final speed, peak amplitude, relative tolerance of both. The speeds of R1 and of the Laval rotor are those of

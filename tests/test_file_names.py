@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from wucht import run_file
 from wucht.file_names import DEFAULT_NAME, printable, safe_name
 from wucht.files.catalogue import short_name
 from wucht.results.spreadsheets import save_csv
-from wucht.studies.study_file import run_file
 
 
 @given(st.text())

@@ -7,12 +7,10 @@ import pytest
 import xarray as xr
 from tests import stated
 
+from wucht import CamPrediction, TorqueBalance, run
 from wucht.machines.tracks import angular_width
 from wucht.numerics.fourier_series import even_angles
-from wucht.studies.cam_prediction.study import CamPrediction
-from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
-from wucht.studies.torque_balance import TorqueBalance
 
 # name: outcome, final speed in rad/s, peak amplitude in m. Where balls collide, their final places are chance; these
 # do not.

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
+import re
 from typing import Any
 
 import numpy as np
 import pytest
 from tests import stated
+from tests.refusals import SENTENCES
 
 
 @pytest.mark.parametrize(
@@ -39,3 +42,11 @@ def test_of_many_numbers_count_range_and_mean_are_compared() -> None:
     assert stated._brief(x) == {"size": [101, 101], "of": [-1.0, 3.0, pytest.approx(1.2574, rel=1e-3), 1.0]}
     assert stated._brief(np.append(x, np.nan))["size"] == [102, 101]
     assert stated._brief([0.1234567, float("nan")]) == [0.123457, "nan"]
+
+
+def test_a_stated_refusal_is_a_printable_line_that_names_its_key() -> None:
+    refusals = json.loads(SENTENCES.read_text(encoding="utf-8"))
+    assert list(refusals) == sorted(refusals)
+    for case, (key, code, sentence) in refusals.items():
+        assert sentence.isprintable() and key in sentence and len(sentence) < 2000, case
+        assert re.fullmatch(r"[a-z-]*", code), case

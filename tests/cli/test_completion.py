@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import subprocess
 import sys
@@ -12,7 +11,6 @@ from typing import Any
 
 import pytest
 
-from wucht import cli
 from wucht.cli.completing import words
 from wucht.studies.study_file import read_study
 
@@ -41,6 +39,11 @@ LINES = {
     "wucht completion f": ["fish"],
     "wucht run x --out ": [],
     'wucht run "un': [],
+    "wucht r": ["report", "run"],
+    "wucht plot out --format=s": ["--format=svg"],
+    "wucht run drozdetskaya-2020/r1 --json --set p1.m": ["p1.mass="],
+    "wucht run -o out drozdetskaya-2020/r1 --set p1.m": ["p1.mass="],
+    "wucht compare --vary p1.mass=1 drozdetskaya-2020/r1 --set p2.m": ["p2.mass="],
 }
 
 
@@ -64,6 +67,20 @@ def test_files_and_the_machine_that_they_use(study: Study) -> None:
     assert words('wucht run "my drum.toml" --set p2.l') == ["p2.length="]
     Path("broken.toml").write_text("[machine")
     assert "study.until=" in words("wucht run broken.toml --set "), "of a run-up, until it says otherwise"
+    whole = str(Path("results").resolve())
+    assert words(f"wucht run {whole}/") == [f"{whole}/top.toml"] and words("wucht run ./results/t") == ["./results/top.toml"]
+    assert words("wucht run nowhere/") == []
+
+
+def test_parts_have_the_paths_of_their_machine(here: Path) -> None:
+    """One drive or load by itself, several by their rotor, several of one rotor by their kind."""
+    loads = [("viscous", "a"), ("coulomb", "a"), ("viscous", "b")]
+    parts = "".join(f'[[machine.loads]]\nkind = "{kind}"\non = "{rotor}"\n' for kind, rotor in loads)
+    Path("many.toml").write_text(f'{parts}[[machine.drives]]\nkind = "linear"\non = "a"\n', encoding="utf-8")
+    Path("one.toml").write_text('[machine.load]\nkind = "coulomb"\n[machine.drive]\nkind = "odd"\n', encoding="utf-8")
+    many, one = ([w for w in words(f"wucht run {name}.toml --set ") if not w.startswith("study.")] for name in ("many", "one"))
+    assert {"loads.a.viscous.coefficient=", "loads.a.coulomb.torque=", "loads.b.coefficient=", "drive.slope="} <= set(many)
+    assert "load.torque=" in one and not any(word.startswith("drive") for word in one)
 
 
 @pytest.mark.parametrize(
@@ -92,23 +109,17 @@ def test_nothing_heavy_is_loaded(here: Path) -> None:
 
 def test_what_is_kept_is_gathered_anew_where_it_is_damaged(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("WUCHT_CACHE_DIR", str(here / "cache"))
-    monkeypatch.setattr(
-        "wucht.cli.completion_words.gather_words", lambda: {"commands": {"walk": {}}, "values": {}, "names": {}}
-    )
-    assert words("wucht w") == ["walk"]
+    assert words("wucht eq") == ["equations"]
     kept = here / "cache/completion"
     whole = kept.read_bytes()
-    for damaged in (b"", b"{", b"null", whole.replace(b"walk", b"wall")):
+    for damaged in (b"", b"{", b"null", whole.replace(b"equations", b"equalions")):
         kept.write_bytes(damaged)
-        assert words("wucht w") == ["walk"]
-    monkeypatch.setattr("wucht.cli.completion_words.gather_words", lambda: {"commands": {"wait": {}}})
-    assert words("wucht w") == ["walk"], "read, not gathered"
+        assert words("wucht eq") == ["equations"]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such modes")
 def test_what_is_kept_is_the_users_alone(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("WUCHT_CACHE_DIR", str(here / "cache"))
-    monkeypatch.setattr("wucht.cli.completion_words.gather_words", lambda: {"commands": {}})
     before = os.umask(0o002)
     try:
         words("wucht ")
@@ -155,10 +166,7 @@ def test_an_unknown_shell(refused: Callable[..., str]) -> None:
     refused("completion", "tcsh", says=("tcsh", "fish"))
 
 
-def test_a_shell_is_answered_with_words(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(sys, "argv", ["wucht", "complete-words", "wucht", "ru"])
-    monkeypatch.setattr(gc, "freeze", lambda: None)
-    monkeypatch.setattr("wucht.cli.completing.words", lambda line: ["run", line])
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    assert ended.value.code == 0 and capsys.readouterr().out == "run\nwucht ru\n"
+def test_a_shell_is_answered_with_words(here: Path) -> None:
+    command = [sys.executable, "-m", "wucht", "complete-words", "wucht", "eq"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout == "equations\n"

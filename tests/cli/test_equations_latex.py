@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 from matplotlib.mathtext import MathTextParser
 
-from wucht.files.catalogue import load_document, load_machine, names
+from wucht import load_machine
+from wucht.files.catalogue import load_document, names
 from wucht.machines.symbols import notation_of
 from wucht.mechanics.notation import latex_name
 

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import shlex
+import sys
 from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from wucht.cli.next_command import next_command
 from wucht.cli.options import parse_settings
-from wucht.studies import study as study_module
-from wucht.studies.next_question import NextQuestion
 from wucht.studies.registry import studies
 from wucht.studies.study_file import read_study
 
@@ -88,22 +85,54 @@ def test_programs_read_no_proposal(wucht: Command, study: Study) -> None:
     assert "next:" not in wucht("run", study(), "--json").err
 
 
-def test_the_first_accepted_question_is_proposed(study: Study, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    asked = read_study(str(study()))
+UNTIL, START = 'until = "0.5 s"\n', 'start = { p1 = "0.3 rad", p2 = "-0.5 rad" }\n'
+OWN = """
+from wucht.extending import Answer, NextQuestion, Study, new_figure
 
-    spec = {"along": "drive.slope"}
-    result: Any = SimpleNamespace(wucht=SimpleNamespace(summary={"outcome": "passed", "speed": None}, spec=spec))
-    questions = (
-        NextQuestion("not after this outcome", {"study.until": "1"}, ("captured",)),
-        NextQuestion("a number that is missing", {"study.until": "{speed}"}),
-        NextQuestion("a key that is refused", {"study.no_such_key": "1"}),
-        NextQuestion("the answer", {"study.start": "{{ {along} = 1 }}", "study.until": "1"}),
-        NextQuestion("another answer", {"study.kind": "response"}),
+
+class Counting(Study):
+    \"\"\"Count the bodies of a machine.\"\"\"
+
+    kind = "count"
+    next_questions = (
+        NextQuestion("not after this outcome", {{"study.until": "1"}}, ("captured",)),
+        NextQuestion("a number that is missing", {{"study.until": "{{speed}}"}}),
+        NextQuestion("a key that is refused", {{"study.no_such_key": "1"}}),
+        {accepted}
     )
-    monkeypatch.setattr(type(asked.spec), "next_questions", questions[:3] + questions[4:])
-    said = next_command(asked, result, tmp_path, "a file.toml", ["study.until=3", "study.start.p1=1"], ["own.py"])
-    assert said == "wucht run 'a file.toml' --set study.start.p1=1 --set study.kind=response --import own.py  # another answer"
-    monkeypatch.setattr(type(asked.spec), "next_questions", questions[:3])
-    assert next_command(asked, result, Path("out"), "a", [], []).startswith("wucht report out -o report.html  # ")
-    assert questions[3].settings_after({}, spec) == {"study.start": "{ drive.slope = 1 }", "study.until": "1"}
-    assert study_module.Study.next_questions == ()
+
+    def solve(self, machine, prepared, work):
+        a = Answer(machine.units)
+        a.number("bodies", len(machine.bodies), "number of bodies")
+        a.sentence = "counted"
+        yield a
+
+    def draw(self, result):
+        return new_figure(1, result.attrs["title"], result.attrs["sentence"], 2.0)[0]
+"""
+
+
+@pytest.mark.usefixtures("no_figures")
+@pytest.mark.parametrize(
+    ("accepted", "line"),
+    [
+        (
+            'NextQuestion("the answer", {"study.kind": "response", "study.bodies": "held"}),',
+            "wucht run study.toml --set p1.mass=0.12 --set study.kind=response --set study.bodies=held "
+            "--import {own}  # the answer",
+        ),
+        ("", "wucht report out -o report.html  # one file to send, with the figure, the machine and all numbers"),
+    ],
+)
+def test_the_first_accepted_question_is_proposed(wucht: Command, study: Study, here: Path, accepted: str, line: str) -> None:
+    name = f"own_of_{here.name}".replace("-", "_")
+    own = Path(f"{name}.py")
+    own.write_text(OWN.format(accepted=accepted), encoding="utf-8")
+    file = study(UNTIL, "", START, "", 'kind = "run-up"', 'kind = "count"')
+    try:
+        done = wucht("run", file, "-o", "out", "--set", "p1.mass=0.12", "--import", own)
+        assert done.code == 0, done.err
+        assert done.out.splitlines()[-1] == f"next: {line.format(own=own)}", done.err
+    finally:
+        if name in sys.modules:
+            sys.modules[name].Counting.kind = ""

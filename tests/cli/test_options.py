@@ -10,11 +10,9 @@ from typing import Any
 import pytest
 from tests import refusals
 
-from wucht.cli.list_name import _cells, _rows
 from wucht.cli.options import Format, parse_lists, parse_settings, unique_formats
 from wucht.cli.surroundings import check_environment
 from wucht.files.documents import DEEPEST
-from wucht.schema import Key
 
 Refused = Callable[..., str]
 
@@ -169,22 +167,3 @@ def test_the_date_of_files_is_within_the_calendar(monkeypatch: pytest.MonkeyPatc
             check_environment()
     monkeypatch.delenv("SOURCE_DATE_EPOCH")
     check_environment()
-
-
-def test_rows_of_a_table_are_as_wide_as_their_column() -> None:
-    """The widest has 44 characters at most; blanks at the end are left out."""
-    assert _rows([("key", "unit", ""), ("mass", "kg", "x"), ("m", "", "")]) == ["  key   unit", "  mass  kg    x", "  m"]
-    (row,) = _rows([("k" * 50, "kg")])
-    assert row == f"  {'k' * 50}  kg"
-    assert _rows([("k" * 50, "kg"), ("m", "kg")])[1] == f"  m{' ' * 43}  kg"
-
-
-@pytest.mark.parametrize(
-    ("default", "needed", "text"),
-    [(None, False, ""), (None, True, "needed"), (0.5, False, "0.5"), ("even", False, "even"), (True, False, "true"),
-     ([1, 2], False, "[1, 2]"), (0, False, "0")],
-)  # fmt: skip
-def test_cells_of_a_key(default: Any, needed: bool, text: str) -> None:
-    key = Key("mass", "number", "kg", needed, default, "> 0", "mass of the body")
-    assert _cells(key) == ("mass", "number", "kg", text, "> 0")
-    assert _cells(Key("law", "word", None, needed, default, "", ""))[2] == ""

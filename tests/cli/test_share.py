@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from wucht.errors import WuchtError
+from wucht import WuchtError
 from wucht.web import live_page
 
 Command = Callable[..., Any]

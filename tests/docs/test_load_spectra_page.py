@@ -10,7 +10,7 @@ import pytest
 from docs.site.numbers import as_written
 from page_blocks import PAGES, blocks, write_files
 
-from wucht.studies.runner import run
+from wucht import run
 from wucht.studies.study_file import read_study
 
 PAGE = PAGES["docs/load-spectra.md"]

@@ -14,6 +14,7 @@ from docs.site.gallery import Entry
 from docs.site.published import at, compared, contradicted, published
 from page_blocks import PAGES
 
+from wucht import run
 from wucht.files.catalogue import load_document, names
 from wucht.kinds import classes_of
 from wucht.machines.models import models
@@ -21,7 +22,6 @@ from wucht.machines.parts import GROUP, bodies, carriers, drives, loads
 from wucht.machines.parts.base import Part
 from wucht.schema import keys_of
 from wucht.studies.registry import studies
-from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
 
 FEW = ("drozdetskaya-2020/figure-2.7", "sperling-rollers/figure-8", "practice/grinder-2-balls")

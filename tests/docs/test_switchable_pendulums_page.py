@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from page_blocks import PAGES, blocks
 
-from wucht.studies.runner import run
+from wucht import run
 from wucht.studies.study_file import read_study
 
 PAGE = PAGES["docs/switchable-pendulums.md"]

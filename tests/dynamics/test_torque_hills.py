@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from tests.typescript_jobs import run_jobs
 
-from wucht import Machine, load_machine
+from wucht import Machine, TorqueBalance, load_machine
 from wucht.analysis.vibration import ForcedVibration
 from wucht.analysis.working_points import TorqueCurves
 from wucht.dynamics.live_machine import export_obstacles, machine_script
@@ -20,7 +20,6 @@ from wucht.dynamics.torque_hills import TorqueHills, unavailability_reason
 from wucht.errors import InputError
 from wucht.files.catalogue import load_document, names
 from wucht.machines.operation import free_speed
-from wucht.studies.torque_balance import TorqueBalance
 
 POINTS = 100
 FAMILIES = [

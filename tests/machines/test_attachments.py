@@ -8,16 +8,13 @@ import sympy as sp
 from tests.refusals import refused
 
 from witness import moved
-from wucht import Machine, parts
+from wucht import CoastDown, Machine, Response, parts, run
 from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.switching import with_rigid_pendulums
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.machines.parts import attachments
 from wucht.machines.parts.base import Point
-from wucht.studies.coast_down import CoastDown
-from wucht.studies.response.study import Response
-from wucht.studies.runner import run
 
 CARRIER = {"mass": 3.0, "stiffness": 8e3, "damping": 20.0}
 PLANAR = {"directions": "xyr", "mass": 30.0, "inertia": 4.0, "stiffness": 8e3, "rotation_stiffness": 2e3}

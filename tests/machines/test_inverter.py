@@ -10,16 +10,13 @@ from scipy.linalg import expm
 from tests.refusals import refused
 
 from witness import energy_gap, moved, moved_by_scipy
+from wucht import CoastDown, RunUp, TorqueBalance, run
 from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.relative_equilibria import RelativeEquilibria
 from wucht.files.building import machine_from
 from wucht.machines.operation import free_speed
 from wucht.machines.parts import drives
 from wucht.schema import validate_table
-from wucht.studies.coast_down import CoastDown
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
-from wucht.studies.torque_balance import TorqueBalance
 
 J, B, K, T_I, LIMIT, SET = 0.4, 0.01, 2.0, 0.3, 5.0, 120.0
 DRIVE = {"kind": "inverter", "set_speed": SET, "gain": K, "integral_time": T_I, "torque_limit": LIMIT}

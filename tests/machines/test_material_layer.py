@@ -7,10 +7,9 @@ import pytest
 import sympy as sp
 
 from witness import moved
+from wucht import Response, run
 from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.files.building import machine_from
-from wucht.studies.response.study import Response
-from wucht.studies.runner import run
 
 SCREEN = {
     "carrier": {"mass": 30.0, "stiffness": [8e3, 1e4], "damping": [20.0, 30.0]},

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
+from wucht import SynchronousStates, run
 from wucht.analysis.working_points import is_held_at_rest
 from wucht.files.building import machine_from
 from wucht.machines import operation
@@ -27,8 +28,6 @@ from wucht.machines.operation import (
     shaft_torques,
 )
 from wucht.machines.structure import SPEED
-from wucht.studies.runner import run
-from wucht.studies.synchronous_states.study import SynchronousStates
 
 ROTOR = {"kind": "rotor", "mass": 2.0, "eccentricity": 0.1, "inertia": 0.03}
 CARRIER = {"mass": 10.0, "stiffness": 1e4, "damping": 10.0}

@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 from tests.refusals import refused
 
+from wucht import RunUp, run
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.machines.schedules import SCHEDULE_WORK, Schedule, proportional_voltage
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.piecewise import interpolated_pieces
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
 
 PLATE = {
     "power": "4 kW", "speed": "1435 rpm", "voltage": "400 V", "frequency": "50 Hz", "efficiency": 0.866, "power_factor": 0.81,

@@ -9,12 +9,10 @@ from scipy.integrate import solve_ivp
 from tests.refusals import refused
 
 from witness import GRID, Mechanism, along, close, energy_gap, moved
-from wucht import Machine, parts
+from wucht import Machine, RunUp, parts, run
 from wucht.analysis.vibration import unbalance_scale, unbalances
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
 
 CARRIER = {"mass": 1.0, "stiffness": [4e3, 9e3], "damping": [6.0, 9.0], "gravity": 9.81}
 DRUM = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.03}

@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 from tests.refusals import refused
 
+from wucht import RunUp, report, run
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.files.building import machine_from
 from wucht.machines.tracks import angular_width
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import report, run
 
 TURN = 2 * math.pi
 STILL = {"kind": "constant-speed", "speed": 0.0}

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.refusals import refused
 
+from wucht import CoastDown, RunUp, TorqueBalance, run
 from wucht.analysis.dimensionless import dimensionless_numbers
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
@@ -16,10 +17,6 @@ from wucht.machines.operation import free_speed
 from wucht.machines.parts import ConstantTorque, LinearDrive
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
-from wucht.studies.coast_down import CoastDown
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
-from wucht.studies.torque_balance import TorqueBalance
 
 BALANCED = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.0, "inertia": 0.03}
 DRUM = BALANCED | {"eccentricity": 0.01}

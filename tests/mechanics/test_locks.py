@@ -11,13 +11,12 @@ import sympy as sp
 from tests.refusals import refused
 
 from witness import Mechanism, along
+from wucht import RunUp, run
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.files.building import machine_from
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
 
 FAR = {"time": 1e6}
 DRUM = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.02, "inertia": 0.02, "bearing_damping": 1e-3}

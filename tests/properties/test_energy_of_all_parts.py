@@ -10,11 +10,10 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
+from wucht import RunUp, run
 from wucht.files.building import machine_from
 from wucht.machines.machine import DISSIPATED_WORK, SUPPLIED_WORK
 from wucht.machines.schedules import SCHEDULE_WORK
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
 
 few = settings(
     max_examples=10, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck),

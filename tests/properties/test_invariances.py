@@ -11,13 +11,12 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from tests.reference_integrators import needs_heyoka, taylor_states
 
+from wucht import RunUp, run
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.machines.machine import DISSIPATED_WORK, SUPPLIED_WORK
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
 
 TURN = 2 * math.pi
 few = settings(

@@ -5,9 +5,8 @@ from functools import cache
 
 import pytest
 
+from wucht import RunUp, run
 from wucht.files.building import machine_from
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
 
 TURN = 2 * math.pi
 

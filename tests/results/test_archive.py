@@ -20,8 +20,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from tests.refusals import rejected
 
+from wucht import WuchtError
 from wucht.dynamics.verdicts.outcomes import Outcome
-from wucht.errors import WuchtError
 from wucht.results import archive
 
 

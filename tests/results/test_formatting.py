@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 from matplotlib.text import Text
 
-from wucht.files.catalogue import load_machine
+from wucht import TorqueBalance, draw, load_machine, report, run
 from wucht.results.formatting import (
     abscissa_label,
     bodies_in_words,
@@ -25,8 +25,6 @@ from wucht.results.formatting import (
     wrap_text,
 )
 from wucht.schema.units import Unit
-from wucht.studies.runner import draw, report, run
-from wucht.studies.torque_balance import TorqueBalance
 
 
 @pytest.mark.parametrize(

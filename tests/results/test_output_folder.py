@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -15,9 +16,8 @@ from typing import Any
 import pytest
 import xarray as xr
 from tests import refusals
-from tests.refusals import failed
+from tests.refusals import failed, refused
 
-from wucht.errors import RunError
 from wucht.results import output_folder, store
 from wucht.results.output_folder import (
     CHECKSUMS,
@@ -30,6 +30,7 @@ from wucht.results.output_folder import (
     latest_file,
     note_figure,
 )
+from wucht.studies.memory import UnitMemory
 
 CLAIM = """
 import sys, time
@@ -155,10 +156,10 @@ def test_a_folder_that_cannot_be_written_is_read_all_the_same(tmp_path: Path, mo
     put(tmp_path, FRESH)
     (tmp_path / NEW).rename(tmp_path / COMMIT)
 
-    def refused(*_: object) -> None:
+    def read_only(*_: object) -> None:
         raise OSError(errno.EROFS, "Read-only file system")
 
-    monkeypatch.setattr(Path, "replace", refused)
+    monkeypatch.setattr(Path, "replace", read_only)
     assert latest_file(tmp_path / "result.nc").read_text() == "new"
     monkeypatch.undo()
     assert latest_file(tmp_path / "result.nc") == tmp_path / "result.nc"
@@ -239,69 +240,59 @@ def test_where_there_are_no_locks_nothing_is_kept(tmp_path: Path, monkeypatch: p
     def none(*_: Any) -> None:
         raise OSError(errno.ENOLCK, "No locks available")
 
-    monkeypatch.setattr(output_folder.fcntl, "flock", none)
+    monkeypatch.setattr("fcntl.flock", none)
     with claim_folder(tmp_path):
         (tmp_path / "result.nc").write_text("")
     assert [p.name for p in tmp_path.iterdir()] == ["result.nc"]
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="files that are open can be removed")
-def test_a_lock_that_was_removed_meanwhile_is_taken_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """By the run that had it and has ended: the file of that name is another one then."""
-    lock, opened, real = tmp_path / ".wucht.lock", list[Any](), output_folder._is_lock_held
+@pytest.mark.skipif(sys.platform == "win32", reason="locks of POSIX")
+@pytest.mark.parametrize(("removals", "tries"), [(2, 3), (100, 10)])
+def test_a_lock_that_was_removed_meanwhile_is_taken_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, removals: int, tries: int
+) -> None:
+    """By the run that had it and has ended: the file of that name is another one then. Again and again, it is given up."""
+    lock, locked = tmp_path / ".wucht.lock", list[int]()
 
-    def taken(file: Any) -> bool:
-        opened.append(file)
-        if len(opened) < 3:
+    def taken(descriptor: int, _how: int) -> None:
+        locked.append(descriptor)
+        if len(locked) <= removals:
             lock.unlink()
-        if len(opened) == 2:
+        if len(locked) == 2:
             lock.write_text("of another")
-        return real(file)
 
-    monkeypatch.setattr(output_folder, "_is_lock_held", taken)
-    with claim_folder(tmp_path):
-        assert [file.closed for file in opened] == [True, True, False] and lock.is_file()
-    assert opened[2].closed and not lock.exists()
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="files that are open can be removed")
-def test_a_lock_that_is_removed_again_and_again_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    opened = list[Any]()
-
-    def taken(file: Any) -> bool:
-        opened.append(file)
-        (tmp_path / ".wucht.lock").unlink()
-        return False
-
-    monkeypatch.setattr(output_folder, "_is_lock_held", taken)
-    with refusals.refused("-o", "another run is writing a result there"), claim_folder(tmp_path):
-        pytest.fail("it cannot be claimed")
-    assert len(opened) == 10 and all(file.closed for file in opened)
-
-
-def test_a_result_that_cannot_be_put_in_its_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(_: Path) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    (tmp_path / NEW).mkdir()
-    monkeypatch.setattr(output_folder, "_flush", full)
-    with pytest.raises(RunError) as raised:
-        commit(tmp_path)
-    assert str(raised.value) == f"{tmp_path / NEW} cannot be put in its place: No space left on device"
-    assert (tmp_path / NEW).is_dir() and not (tmp_path / COMMIT).exists()
+    monkeypatch.setattr("fcntl.flock", taken)
+    given_up = refusals.refused("-o", "another run is writing a result there")
+    with given_up if removals > 10 else nullcontext(), claim_folder(tmp_path):
+        assert lock.is_file()
+    assert len(locked) == tries and not lock.exists()
 
 
 @pytest.mark.parametrize(("number", "matters"), [(errno.EINVAL, False), (errno.ENOTSUP, False), (errno.EIO, True)])
 def test_a_file_system_that_knows_no_flushing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int, matters: bool
 ) -> None:
-    closed, real = list[int](), output_folder.os.close
+    """A result that cannot be put into its place for another reason stays where it is."""
 
     def fail(_: int) -> None:
         raise OSError(number, "none")
 
-    monkeypatch.setattr(output_folder.os, "fsync", fail)
-    monkeypatch.setattr(output_folder.os, "close", lambda file: closed.append(file) or real(file))
-    with pytest.raises(OSError, match="none") if matters else nullcontext():
-        output_folder._flush(tmp_path)
-    assert len(closed) == 1
+    put(tmp_path, FRESH)
+    monkeypatch.setattr(os, "fsync", fail)
+    with failed("", "none") if matters else nullcontext():
+        commit(tmp_path)
+    assert (tmp_path / NEW).is_dir() is matters and not (tmp_path / COMMIT).exists()
+
+
+def test_what_is_kept_in_a_folder_in_which_nothing_can_be_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def denied(*_: Any, **_options: Any) -> Any:
+        raise PermissionError(13, "Permission denied")
+
+    memory = UnitMemory.start(tmp_path, {"study": "a"})
+    memory.unit("a", lambda: 1.0)
+    memory.flush()
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "unlink", denied)
+        with refused("-o", "nothing can be written there: Permission denied", given=str(tmp_path)):
+            UnitMemory.start(tmp_path, {"study": "a"})
+    UnitMemory.start(tmp_path, {"study": "a"})

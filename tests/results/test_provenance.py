@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
-from wucht.errors import InputError
+from wucht import InputError
 from wucht.results import provenance
 from wucht.results.output_folder import load_result
 from wucht.results.provenance import CHECKSUMS, verify_checksums, with_checksums

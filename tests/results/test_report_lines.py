@@ -10,9 +10,9 @@ import pytest
 import xarray as xr
 
 import wucht
+from wucht.extending import Answer
 from wucht.machines.structure import Units
 from wucht.results.report import report_of
-from wucht.studies.answer import Answer
 
 PLAIN = Units("", "", "", "", "", "", "")
 

@@ -20,7 +20,6 @@ from tests.hand_made import variable
 from tests.refusals import refused
 
 from wucht.extending_0_1 import result_dataset
-from wucht.results import spreadsheets
 from wucht.results.quantities import Quantity, table
 from wucht.results.spreadsheets import save_csv, save_xlsx
 
@@ -162,10 +161,11 @@ def test_names_and_texts_that_a_sheet_cannot_hold(tmp_path: Path) -> None:
     assert len(text) == 32_767 and text.endswith("x ... (shortened)")
 
 
-def test_a_table_larger_than_a_sheet_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spreadsheets, "_MOST_ROWS", 2)
-    with refused("--xlsx", "2 rows", "--csv", given="numbers", code="too-large"):
-        save_xlsx(made(), tmp_path)
+def test_a_table_larger_than_a_sheet_is_refused(tmp_path: Path) -> None:
+    time = np.arange(1_048_576.0)
+    result = made({"speed": variable("time", time, "speed", "rad/s")}, {"time": variable("time", time, "time", "s")})
+    with refused("--xlsx", "1048576 rows", "--csv", code="too-large"):
+        save_xlsx(result, tmp_path)
     assert list(tmp_path.iterdir()) == []
 
 

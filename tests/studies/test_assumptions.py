@@ -10,23 +10,30 @@ from typing import Any
 import pytest
 from matplotlib.figure import Figure
 
-from wucht.files.catalogue import load_document, load_equations, load_machine, machine_of
+from wucht import (
+    JOURNAL,
+    Approximation,
+    Basin,
+    LoadSpectrum,
+    OptimiseBalancer,
+    Records,
+    Response,
+    RunUp,
+    SpeedCurve,
+    SynchronousStates,
+    draw,
+    load_equations,
+    load_machine,
+    report,
+    run,
+)
+from wucht.files.catalogue import load_document, machine_of
 from wucht.plots.arranging import arrange
-from wucht.plots.page import JOURNAL, page_context
+from wucht.plots.page import page_context
 from wucht.plots.sheet import new_figure, write_assumptions
-from wucht.studies.approximation.study import Approximation
 from wucht.studies.assumptions import assumptions
-from wucht.studies.basin.study import Basin
-from wucht.studies.load_spectrum.load_records import Records
-from wucht.studies.load_spectrum.study import LoadSpectrum
-from wucht.studies.optimise_balancer.study import OptimiseBalancer
 from wucht.studies.registry import studies
-from wucht.studies.response.study import Response
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import draw, report, run
-from wucht.studies.speed_curve.study import SpeedCurve
 from wucht.studies.study import AVERAGED_EQUATIONS, FULL_EQUATIONS, Study
-from wucht.studies.synchronous_states.study import SynchronousStates
 
 R1, DIMENSIONLESS = "drozdetskaya-2020/r1", "drozdetskaya-2020/table-5.1"
 WITHOUT, KEPT = (f"averaged equations {word} the inertia of the balancing bodies" for word in ("without", "with"))

@@ -6,14 +6,9 @@ import math
 from typing import Any
 
 import pytest
-from tests.hand_made import titled
 
 import wucht as package
 from wucht import LoadSpectrum, Machine, RunUp, parts
-from wucht.dynamics.run_ups.bearing_loads import BearingLife, BearingLoad
-from wucht.results.report import report_of
-from wucht.studies.answer import Answer
-from wucht.studies.bearing_variables import force_text, state_lives, state_loads
 
 SPEED, UNBALANCE = 1500 * math.pi / 30, 0.2
 FORCE = UNBALANCE * SPEED**2
@@ -67,45 +62,31 @@ def test_each_rotor_has_its_bearing() -> None:
     assert together["largest_range"] == pytest.approx(2 * (108 - 36), rel=1e-3)
 
 
-def lines(loads: dict[str, BearingLoad], lives: dict[str, BearingLife], is_shown: bool = True) -> list[str]:
-    a = Answer()
-    state_loads(a, loads, is_shown)
-    state_lives(a, lives)
-    return report_of(titled(a.to_dataset().assign_attrs(study="run-up")))[2:]
+def test_a_machine_without_ratings_has_no_life() -> None:
+    s = package.run(LoadSpectrum(until=1.0), package.load_machine("drozdetskaya-2020/r1")).wucht.summary
+    assert "bearing_life" not in s
 
 
-def test_a_record_and_machines_without_ratings_have_no_life() -> None:
-    assert lines({}, {}) == []
-    assert (
-        "bearing_life" not in package.run(LoadSpectrum(until=1.0), package.load_machine("drozdetskaya-2020/r1")).wucht.summary
-    )
+def test_a_balanced_rotor_does_not_load_its_bearing() -> None:
+    drum = parts.Rotor(name="drum", mass=20.0, unbalance=0.0, inertia=0.5, bearing={"C": 45e3})
+    still = Machine(parts.Carrier(mass=1.0, directions="fixed"), [drum], [parts.ConstantSpeed(speed=SPEED)])
+    result = package.run(RunUp(until=1.0), still)
+    assert result.wucht.summary["bearing_life"] == {"drum": None}
+    assert "  bearing life drum has no load (ISO 281, nine of ten)" in package.report(result)
 
 
-def test_forces_in_words() -> None:
-    assert (force_text(999.96), force_text(1000.0), force_text(0.0)) == ("1000 N", "1 kN", "0 N")
-
-
-def test_the_bearing_forces_of_many_rotors() -> None:
-    steady = {f"r{k}": 100.0 * (1 + k % 4) for k in range(8)}
-    loads = {name: BearingLoad(f, (f, 0.0), 1.1 * f, 2 * f) for name, f in steady.items()}
-    listing = ", ".join(f"r{k} {f:.0f} N ({1.1 * f:.0f} N at most)" for k, f in enumerate(steady.values()) if k not in (0, 4))
-    assert lines(loads, {}) == [f"  bearings     {listing} at the end; 2 smaller ones; 800 N at most in the whole run"]
-    assert lines(loads, {}, is_shown=False) == []
-
-
-@pytest.mark.parametrize(
-    ("load", "hours", "text"),
-    [
-        (2600.0, 1234.56, "1235 h under 2.6 kN"),
-        (1.0, 1e7, "more than 1e+07 h"),
-        (0.0, None, "has no load"),
-        (None, None, "does not turn"),
-    ],
-)
-def test_a_life_in_words(load: float | None, hours: float | None, text: str) -> None:
-    assert lines({}, {"r0": BearingLife(load, hours, 1e4)}) == [f"  bearing life r0 {text} (ISO 281, nine of ten)"]
-
-
-def test_of_many_bearings_the_shortest_lives_are_listed() -> None:
-    (line,) = lines({}, {f"r{k}": BearingLife(10.0, 900.0 - 100 * k, 1e4) for k in range(8)})
-    assert "r0 " not in line and "r1 " not in line and "r2 700 h under 10 N, " in line and line.endswith("; 2 longer ones")
+def test_of_many_bearings_the_greatest_forces_and_the_shortest_lives_are_listed() -> None:
+    """Eight of four unbalances: the two with the least are counted only."""
+    unbalances = {f"r{k}": 1e-3 * (1 + k % 4) for k in range(8)}
+    rotors = [parts.Rotor(name=n, mass=2.0, unbalance=u, inertia=0.05, bearing={"C": 1e3}) for n, u in unbalances.items()]
+    drives = [parts.ConstantSpeed(on=name, speed=SPEED) for name in unbalances]
+    result = package.run(RunUp(until=1.0), Machine(parts.Carrier(mass=1.0, directions="fixed"), rotors, drives))
+    hours = {name: (1e3 / (u * SPEED**2)) ** 3 * 1e6 / (60 * 1500) for name, u in unbalances.items()}
+    assert result.wucht.summary["bearing_life"] == pytest.approx(hours, rel=1e-5)
+    said = {line[2:15].strip(): line[15:] for line in package.report(result)}
+    for heading, rest in (
+        ("bearings", "; 2 smaller ones; 98.7 N at most in the whole run"),
+        ("bearing life", "; 2 longer ones"),
+    ):
+        assert "r0 " not in said[heading] and "r4 " not in said[heading] and said[heading].endswith(rest)
+        assert said[heading].startswith("r1 ")

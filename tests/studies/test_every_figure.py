@@ -10,11 +10,10 @@ import pytest
 from docs.site import gallery
 
 import figure_checks
+from wucht import JOURNAL, PRINT, draw
 from wucht.files.catalogue import names
-from wucht.plots.page import JOURNAL, PRINT
 from wucht.results.output_folder import load_result
 from wucht.studies.registry import studies
-from wucht.studies.runner import draw
 
 
 @pytest.mark.parametrize(

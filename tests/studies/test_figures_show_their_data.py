@@ -20,9 +20,8 @@ from matplotlib.figure import Figure
 from scipy.spatial import cKDTree
 from tests import stated
 
-from wucht.plots.page import JOURNAL, PRINT
+from wucht import JOURNAL, PRINT, draw
 from wucht.studies.registry import studies
-from wucht.studies.runner import draw
 from wucht.studies.study_file import read_study, run_study
 
 DEG, RPM = 180 / math.pi, 30 / math.pi

@@ -7,29 +7,33 @@ from typing import Any
 
 import pytest
 
-from wucht import Comparison, ExciterDesign, FailureDetection
-from wucht.errors import InputError
-from wucht.studies.activation.study import Activation
-from wucht.studies.approximation.study import Approximation
-from wucht.studies.basin.study import Basin
-from wucht.studies.cam_contour.study import CamContour
-from wucht.studies.cam_correction.study import CamCorrection
-from wucht.studies.cam_law import CamLaw
-from wucht.studies.cam_prediction.study import CamPrediction
-from wucht.studies.capture_probability.study import CaptureProbability
-from wucht.studies.coast_down import CoastDown
-from wucht.studies.entrainment.study import Entrainment
-from wucht.studies.load_spectrum.study import LoadSpectrum
-from wucht.studies.optimise_balancer.study import OptimiseBalancer
-from wucht.studies.orbit_branch.study import OrbitBranch
-from wucht.studies.phase_portrait.study import PhasePortrait
-from wucht.studies.response.study import Response
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.speed_curve.study import SpeedCurve
-from wucht.studies.stability_map.study import StabilityMap
-from wucht.studies.sweep.study import Sweep
-from wucht.studies.synchronous_states.study import SynchronousStates
-from wucht.studies.torque_balance import TorqueBalance
+from wucht import (
+    Activation,
+    Approximation,
+    Basin,
+    CamContour,
+    CamCorrection,
+    CamLaw,
+    CamPrediction,
+    CaptureProbability,
+    CoastDown,
+    Comparison,
+    Entrainment,
+    ExciterDesign,
+    FailureDetection,
+    InputError,
+    LoadSpectrum,
+    OptimiseBalancer,
+    OrbitBranch,
+    PhasePortrait,
+    Response,
+    RunUp,
+    SpeedCurve,
+    StabilityMap,
+    Sweep,
+    SynchronousStates,
+    TorqueBalance,
+)
 
 BASE: dict[Any, dict[str, Any]] = {
     Activation: {"until": 1.0},

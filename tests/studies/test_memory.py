@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from tests.refusals import failed, refused, rejected
 
-from wucht.errors import InputError
+from wucht import InputError
 from wucht.studies.memory import UnitMemory, stored_questions
 
 QUESTION, OTHER = {"study": "x"}, {"study": "y"}

@@ -10,19 +10,15 @@ import pytest
 import sympy as sp
 from tests.refusals import refused
 
-from wucht.errors import InputError
+from wucht import InputError, Machine, Response, RunUp, TorqueBalance, run
+from wucht.errors import FieldError
 from wucht.files.building import machine_from
-from wucht.machines.machine import Machine
 from wucht.machines.models import DimensionlessMachine, models
 from wucht.machines.parts import bodies, carriers
 from wucht.machines.parts.base import Body, Drive, Frame, Point, si
 from wucht.machines.parts.support import Support
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
-from wucht.studies.response.study import Response
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
-from wucht.studies.torque_balance import TorqueBalance
 
 
 class Disc(Body):
@@ -64,6 +60,12 @@ class Beam(Support):
     def coordinates(self) -> tuple[Coordinate, ...]:
         """The deflection."""
         return (Coordinate.from_names("carrier.y", "carrier.vy", prescribed_velocity=self.prescribed_velocity("y")),)
+
+    def check_body(self, body: Body) -> None:
+        """None that is heavier than a tonne."""
+        super().check_body(body)
+        if getattr(body, "weight", 0.0) > 1e3:
+            raise FieldError("weight", "must be at most a tonne", code="too-heavy")
 
     def reference_frame(self) -> Frame:
         """In the middle."""
@@ -115,10 +117,13 @@ class OneOfOurOwn(DimensionlessMachine):
         return Energies(kinetic=frame.centre.vx**2 / 2 + frame.speed("rotor") ** 2 / 2)
 
 
-def test_a_kind_of_a_part_that_is_taken_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Disc, "kind", "rotor")
-    with pytest.raises(InputError) as refusal:
-        bodies()
+def test_a_kind_of_a_part_that_is_taken_is_refused() -> None:
+    Disc.kind = "rotor"
+    try:
+        with pytest.raises(InputError) as refusal:
+            bodies()
+    finally:
+        Disc.kind = "own-disc"
     assert (refusal.value.value, "Disc" in str(refusal.value)) == ("rotor", True)
 
 
@@ -212,3 +217,8 @@ def test_a_part_of_a_shaft_without_a_torque_is_refused() -> None:
         f"Toy, a {group} of the kind 'own-toy', must have a method torque(self, speed)" for group in ("drive", "load")
     ]
     assert lines[2] == "own-toy own-toy" and lines[3] == lines[1], "the torque of the base class is none"
+
+
+def test_a_body_that_its_carrier_refuses_has_the_code_of_the_refusal() -> None:
+    with refused("machine.bodies[0] (disc).weight", given=2e3, code="too-heavy"):
+        machine_from({"carrier": BEAM, "bodies": [DISC | {"weight": 2e3}], "drive": MOTOR})

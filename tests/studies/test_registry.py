@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import doctest
+import os
+import subprocess
 import sys
 import warnings
 from collections.abc import Callable, Iterator
@@ -11,18 +13,13 @@ from types import ModuleType
 from typing import Any
 
 import pytest
-from tests.refusals import refused, rejected
+from tests.refusals import rejected
 
 import wucht.extending
-from wucht.analysis.configurations import configuration
-from wucht.files.catalogue import load_machine
-from wucht.studies import registry
-from wucht.studies.answer import Answer
+from wucht import Response, TorqueBalance, load, report, run
+from wucht.extending import Answer, Study
+from wucht.files.building import machine_from
 from wucht.studies.registry import StudyEntry, studies
-from wucht.studies.response.study import Response
-from wucht.studies.runner import load, report, run
-from wucht.studies.study import Study
-from wucht.studies.torque_balance import TorqueBalance
 
 STUDY = """
 from typing import ClassVar
@@ -184,17 +181,47 @@ def test_an_entry_point_names_a_class_or_a_module_with_one(
     assert [f"name its class, {name}:Counting" in str(w.message) for w in caught] == [True] * warns
 
 
-def test_a_study_that_cannot_be_loaded_is_a_line(wucht: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    broken = StudyEntry("broken", "no_such_package.study")
-    known = studies() | {"broken": broken}
-    monkeypatch.setattr(registry, "_installed_studies", lambda: known)
-    listed = wucht("list")
-    assert listed.code == 0
-    (line,) = [one for one in listed.out.splitlines() if "no_such_package" in one]
+@pytest.fixture
+def with_installed(here: Path) -> Callable[..., Callable[..., subprocess.CompletedProcess[str]]]:
+    """``with_installed(broken="module")(...)``: the command line where a package is installed that has these studies."""
+
+    def installed(**studies: str) -> Callable[..., subprocess.CompletedProcess[str]]:
+        metadata = here / "modules" / "theirs-1.0.dist-info"
+        metadata.mkdir(parents=True)
+        (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: theirs\nVersion: 1.0\n", encoding="utf-8")
+        entries = "\n".join(f"{kind.replace('_', '-')} = {place}" for kind, place in studies.items())
+        (metadata / "entry_points.txt").write_text(f"[wucht.studies]\n{entries}\n", encoding="utf-8")
+        found = os.pathsep.join([str(metadata.parent), os.environ.get("PYTHONPATH", "")])
+
+        def command(*words: str) -> subprocess.CompletedProcess[str]:
+            environment = os.environ | {"PYTHONPATH": found}
+            return subprocess.run(
+                [sys.executable, "-m", "wucht", *words], env=environment, capture_output=True, text=True, check=False
+            )
+
+        return command
+
+    return installed
+
+
+def test_a_study_that_cannot_be_loaded_is_a_line(with_installed: Callable[..., Callable[..., Any]]) -> None:
+    """And it is none of those that several machines compute."""
+    command = with_installed(broken="no_such_package.study")
+    listed = command("list")
+    assert listed.returncode == 0
+    (line,) = [one for one in listed.stdout.splitlines() if "no_such_package" in one]
     assert line.split()[0] == "broken" and "cannot be loaded: No module named 'no_such_package'" in line
-    assert "run-up" in listed.out and "catalogue:" in listed.out
+    assert "run-up" in listed.stdout and "catalogue:" in listed.stdout
     with rejected("not-loaded"):
-        _ = broken.study
+        _ = StudyEntry("broken", "no_such_package.study").study
+    refusal = command("run", "practice/fan-on-belt", "--scheduler", "tcp://localhost:1")
+    named = refusal.stderr.strip().split("several machines can compute ")[1].split(", ")
+    assert refusal.returncode == 2 and named == [kind for kind, entry in studies().items() if entry.study.tiled]
+
+
+def test_two_packages_with_one_kind(with_installed: Callable[..., Callable[..., Any]]) -> None:
+    done = with_installed(run_up="theirs")("run", "practice/fan-on-belt")
+    assert done.returncode == 2 and "given 'run-up'" in done.stderr and "theirs" in done.stderr
 
 
 def test_a_study_of_ones_own_runs(wucht: Callable[..., Any], counting: Callable[..., tuple[str, ...]]) -> None:
@@ -232,27 +259,8 @@ def test_what_has_no_template_has_one_of_its_keys(wucht: Callable[..., Any], cou
     assert "7 bodies" in wucht("run", "count.toml", *imported).out
 
 
-def test_two_packages_with_one_kind(monkeypatch: pytest.MonkeyPatch) -> None:
-    known = {"run-up": StudyEntry("run-up", "theirs")}
-    with refused("kind of ours", "theirs", given="run-up"):
-        registry._add_study(known, StudyEntry("run-up", "ours"), "ours")
-    registry._add_study(known, StudyEntry("run-up", "theirs"), "theirs")
-
-
 def test_the_example_of_the_public_module() -> None:
     assert doctest.testmod(wucht.extending).failed == 0
-
-
-def test_one_that_cannot_be_loaded_is_none_of_those_that_several_machines_compute(
-    refused: Callable[..., str], wucht: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    known = studies() | {"broken": StudyEntry("broken", "no_such_package.study")}
-    monkeypatch.setattr(registry, "_installed_studies", lambda: known)
-    assert wucht("new", "run-up").code == 0
-    sentence = refused("run", "run-up.toml", "--scheduler", "tcp://localhost:1", says=("several machines can compute",))
-    named = sentence.strip().split("several machines can compute ")[1].split(", ")
-    assert named == [kind for kind, study in known.items() if kind != "broken" and study.study.tiled]
-    assert "basin" in named
 
 
 def test_an_entry_without_a_study_is_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -262,23 +270,22 @@ def test_an_entry_without_a_study_is_a_line(monkeypatch: pytest.MonkeyPatch) -> 
     assert study.has_tiles is False
 
 
-def test_a_long_preparation_reports_its_progress(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("spec", [TorqueBalance(), Response()], ids=lambda spec: spec.kind)
+def test_a_long_preparation_reports_its_progress(spec: Study) -> None:
     """The configurations of several rotors are searched before the study runs, and Ctrl-C ends that."""
-    machine, labels = load_machine("sperling-vibration/self-synchronisation-soft"), list[str]()
-
-    def search(*args: Any, **more: Any) -> Any:
-        watch = args[3]
-        watch(), watch()
-        raise AssertionError("Ctrl-C did not end the search")
+    rotor = {"kind": "rotor", "mass": 5.0, "unbalance": 0.01, "inertia": 0.01}
+    drive = {"kind": "linear", "slope": 0.1, "no_load_speed": 100.0}
+    machine = machine_from({
+        "carrier": {"mass": 100.0, "stiffness": [1e5, 2e5], "damping": [100.0, 100.0]},
+        "bodies": [rotor | {"name": f"e{k}"} for k in range(3)], "drives": [drive | {"on": f"e{k}"} for k in range(3)],
+    })  # fmt: skip
+    labels = list[str]()
 
     def stop(_: float, label: str) -> None:
         labels.append(label)
         if len(labels) == 3:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(configuration, "all_states", search)
-    for spec in (TorqueBalance(), Response()):
-        labels.clear()
-        with pytest.raises(KeyboardInterrupt):
-            run(spec, machine, progress=stop)
-        assert labels == ["preparation"] * 3, "before the equations are averaged, and during the search"
+    with pytest.raises(KeyboardInterrupt):
+        run(spec, machine, progress=stop)
+    assert labels == ["preparation"] * 3, "before the equations are averaged, and during the search"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import resource
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from time import process_time
@@ -10,18 +11,10 @@ from time import process_time
 import pytest
 from tests.refusals import failed, refused
 
-from wucht.dynamics.entrainment import runs_from_start as runs
+from wucht import CoastDown, Entrainment, LoadSpectrum, Machine, RunUp, load_machine, run
+from wucht.extending import Study
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
-from wucht.machines.machine import Machine
 from wucht.studies import resource_limits as room
-from wucht.studies import runner
-from wucht.studies.coast_down import CoastDown
-from wucht.studies.entrainment.study import Entrainment
-from wucht.studies.load_spectrum.study import LoadSpectrum
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
-from wucht.studies.study import Study
 
 R1 = "drozdetskaya-2020/r1"
 BAND = "sperling-vibration/entrainment-band"
@@ -52,25 +45,26 @@ def test_vibrations_that_would_never_be_over() -> None:
         room.refuse_turns(asked, stiff)
 
 
-@pytest.mark.parametrize(
-    "question", [RunUp(until=2e6), RunUp(settled=True), CoastDown(until=2e6), LoadSpectrum(until=2e6)], ids=lambda q: q.kind
-)
-def test_a_result_larger_than_the_memory(question: Study, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(room, "machine_memory", lambda: 1e7)
-    with refused("study", "0.01 GB", given=None):
+@pytest.fixture
+def room_of_12_gb() -> Iterator[None]:
+    """This process may not have more."""
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (12_000_000_000, before[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_AS, before)
+
+
+@pytest.mark.usefixtures("room_of_12_gb")
+@pytest.mark.parametrize("question", [CoastDown(until=1e7), LoadSpectrum(until=1e7)], ids=lambda q: q.kind)
+def test_a_result_larger_than_the_memory(question: Study) -> None:
+    """The memory of the machine is limited as the process is."""
+    with refused("study", "12 GB", given=None):
         run(question, load_machine(R1))
 
 
-def test_what_is_usual_has_room_on_a_small_computer(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(room, "machine_memory", lambda: 4e9)
-    for asked in (RunUp(settled=True), RunUp(until=1e4)):
-        room.refuse_numbers(asked.stored_numbers(asked.prepare(load_machine(R1))))
-
-
-def test_the_memory_of_the_machine_is_limited_as_the_process_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert 1e8 < room.machine_memory() < 1e14
-    monkeypatch.setattr(resource, "getrlimit", lambda _: (10**8, resource.RLIM_INFINITY))
-    assert room.machine_memory() == 1e8
+def test_what_is_usual_has_room_on_a_small_computer() -> None:
+    for asked in (RunUp(settled=True), RunUp(until=1e4), RunUp(until=1e9)):
+        assert 8 * asked.stored_numbers(asked.prepare(load_machine(R1))) < 1e9
 
 
 def test_what_does_not_fit_after_all_is_a_sentence(tmp_path: Path) -> None:
@@ -79,45 +73,6 @@ def test_what_does_not_fit_after_all_is_a_sentence(tmp_path: Path) -> None:
 
     with failed("memory", "2.78"):
         run(RunUp(until=1.0), load_machine(R1), folder=tmp_path, progress=full)
-
-
-def test_a_run_of_entrainment_is_stored_in_bounded_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    def end() -> runs.RunFromStart:
-        plan = Entrainment(until=3000.0).prepare(load_machine(BAND))
-        return runs.RunsFromStart(plan)(plan.parameter.nominal_value, lambda _: None)
-
-    whole = end()
-    monkeypatch.setattr(runs, "_AT_ONCE", 2)
-    parts = end()
-    assert parts.end_time == whole.end_time == 3000.0
-    assert parts.is_entrained
-    assert parts.end_state == pytest.approx(whole.end_state, rel=1e-6, abs=1e-9)
-    assert parts.phases == pytest.approx(whole.phases, abs=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("count", "says"), [(41, None), (42, "the equations of 42 coordinates are derived and compiled first")]
-)
-def test_what_many_bodies_take_is_said_before_it_is_spent(
-    count: int, says: str | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """More than five seconds, of 0.12 for each coordinate."""
-    machine = load_machine(R1)
-    monkeypatch.setattr(type(machine), "coordinates", property(lambda _: (None,) * count), raising=False)
-    note = room.equations_note(machine)
-    assert note is None if says is None else note is not None and note.startswith(says) and note.endswith("in about 5 s")
-    assert room.equations_note("no machine") is None
-
-
-def test_the_runner_announces_it_before_all_work(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Also before the checks, which take seconds with so many bodies, and before the machine is described."""
-    done: list[str] = []
-    for name in ("subject_of", "refuse_turns", "refuse_numbers"):
-        original = getattr(runner, name)
-        monkeypatch.setattr(runner, name, lambda *args, name=name, original=original: done.append(name) or original(*args))
-    monkeypatch.setattr(runner, "equations_note", lambda _: "its equations take long")
-    run(RunUp(until=1.0), load_machine(R1), announce=done.append)
-    assert done == ["its equations take long", "subject_of", "refuse_turns", "refuse_numbers"]
 
 
 def many_pendulums(count: int) -> Machine:
@@ -129,6 +84,20 @@ def many_pendulums(count: int) -> Machine:
     return machine_from(
         {"carrier": carrier, "bodies": bodies, "drive": {"kind": "linear", "slope": 5e-3, "no_load_speed": 200.0}}
     )
+
+
+@pytest.mark.parametrize(("bodies", "notes"), [pytest.param(38, 0, marks=pytest.mark.slow), (39, 1)])
+def test_what_many_bodies_take_is_said_before_it_is_spent(bodies: int, notes: int) -> None:
+    """More than five seconds, of 0.12 for each coordinate of which a rotor on a carrier has three: before the checks, too."""
+    said: list[str] = []
+
+    def stop(_: float, label: str) -> None:
+        said.append(label)
+        raise KeyboardInterrupt
+
+    with suppress(KeyboardInterrupt):
+        run(RunUp(until=1.0), many_pendulums(bodies), announce=said.append, progress=stop)
+    assert [note.endswith("in about 5 s") for note in said] == [True] * notes + [False]
 
 
 @pytest.mark.slow

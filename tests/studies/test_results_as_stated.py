@@ -9,7 +9,7 @@ from __future__ import annotations
 import pytest
 from tests import stated
 
-from wucht.studies.runner import draw, run
+from wucht import draw, run
 from wucht.studies.study_file import read_study
 
 QUESTIONS = {

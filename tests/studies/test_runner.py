@@ -18,21 +18,16 @@ import pytest
 import xarray as xr
 from tests.refusals import refused
 
+from wucht import InputError, Response, RunUp, SynchronousStates, load_machine
 from wucht.dynamics.work import Work
-from wucht.errors import InputError
-from wucht.files.catalogue import load_machine
+from wucht.extending import Answer, Study
 from wucht.plots.sheet import save_figure
 from wucht.results.output_folder import load_result
 from wucht.schema import si
 from wucht.studies import runner
-from wucht.studies.answer import Answer
 from wucht.studies.memory import UnitMemory
 from wucht.studies.registry import studies
-from wucht.studies.response.study import Response
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.study import Study
 from wucht.studies.subjects import Description
-from wucht.studies.synchronous_states.study import SynchronousStates
 
 
 class Numbers:
@@ -191,18 +186,19 @@ def test_a_finished_result_of_the_same_question_is_handed_back(tmp_path: Path) -
 
 
 OTHERS = {
-    "another key": (Squares(times=2.0), [1.0, 2.0], "study.times was 1.0, now 2.0"),
-    "another subject": (Squares(), [1.0, 3.0], r"numbers was \[1.0, 2.0\], now \[1.0, 3.0\]"),
+    "another key": (Squares(times=2.0), [1.0, 2.0]),
+    "another subject": (Squares(), [1.0, 3.0]),
 }
 
 
-@pytest.mark.parametrize(("spec", "subject", "says"), OTHERS.values(), ids=OTHERS.keys())
+@pytest.mark.parametrize("name", OTHERS)
 @pytest.mark.parametrize("at", [2, 99])
-def test_another_question_is_refused(tmp_path: Path, spec: Squares, subject: list[float], says: str, at: int) -> None:
+def test_another_question_is_refused(tmp_path: Path, name: str, at: int) -> None:
+    spec, subject = OTHERS[name]
     ask(Squares(), [1.0, 2.0], folder=tmp_path, progress=Stop(at))
     [file] = tmp_path.glob("result*.nc")
     before = file.read_bytes()
-    with pytest.raises(InputError, match=f"--resume: the result in .* answers another question: {says}"):
+    with refused("--resume", "was 1.0, now 2.0" if subject == [1.0, 2.0] else "[1.0, 3.0]", code="other-question"):
         ask(spec, subject, folder=tmp_path, resume=True)
     assert file.read_bytes() == before
 
@@ -252,7 +248,8 @@ def test_bad_input_makes_no_folder(tmp_path: Path) -> None:
 
 
 def test_a_result_that_is_not_complete_is_saved_on_the_way(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(runner, "_SAVE_EVERY_S", 0.0)
+    ticks = itertools.count(step=100.0)
+    monkeypatch.setattr(time, "perf_counter", lambda: next(ticks))  # never too soon for the next one
     seen: list[tuple[int, int]] = []
 
     def look(_share: float, _what: str) -> None:
@@ -280,7 +277,7 @@ def test_results_saved_on_the_way_are_freed(tmp_path: Path, monkeypatch: pytest.
     saving = runner.save_partial
     monkeypatch.setattr(runner, "save_partial", save)
     ticks = itertools.count()
-    monkeypatch.setattr(runner.clock, "perf_counter", lambda: 20.0 ** next(ticks))  # never too soon for the next one
+    monkeypatch.setattr(time, "perf_counter", lambda: 20.0 ** next(ticks))  # never too soon for the next one
     gc.disable()
     try:
         ask(Squares(), [1.0, 2.0, 3.0, 4.0], folder=tmp_path)
@@ -365,7 +362,7 @@ def test_no_result_depends_on_the_clock(tmp_path: Path, monkeypatch: pytest.Monk
     asked = RunUp(until=2.0)
     alone = ask(asked, machine)
     ticks = itertools.count()
-    monkeypatch.setattr(runner.clock, "perf_counter", lambda: step * next(ticks))
+    monkeypatch.setattr(time, "perf_counter", lambda: step * next(ticks))
     loaded = ask(asked, machine, folder=tmp_path)
     assert set(loaded.variables) == set(alone.variables)
     for name in alone.variables:

@@ -7,10 +7,7 @@ from typing import Any
 import pytest
 from tests.refusals import Refusal, refused
 
-from wucht.files.catalogue import load_machine
-from wucht.studies.response.study import Response
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
+from wucht import Response, RunUp, load_machine, run
 
 DIMENSIONLESS = "drozdetskaya-2020/table-5.1"
 

@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 from tests.refusals import refused
 
-from wucht.errors import InputError
-from wucht.files.catalogue import FOLDER, load_equations, load_machine, names
+from wucht import InputError, load_equations, load_machine, run_file
+from wucht.files.catalogue import FOLDER, names
 from wucht.machines.structure import DIMENSIONLESS
 from wucht.machines.subject import Subject
 from wucht.numerics.flow.program import Evaluator
 from wucht.studies.memory import question_of, without_titles
-from wucht.studies.study_file import read_study, run_file
-from wucht.studies.subjects import MACHINE, MACHINE_OR_SYSTEM, MachineOrSystemSubject, _text
+from wucht.studies.study_file import read_study
+from wucht.studies.subjects import MACHINE, MACHINE_OR_SYSTEM, MachineOrSystemSubject
 
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"
 BARE = re.compile(rf"(?<=[\s\[,=]){NUMBER}(?=[\s\],}}]|$)")  # a TOML number
@@ -140,12 +140,6 @@ def test_two_sets_of_equations_differ_by_their_structure() -> None:
     names = ("figure-2.10", "figure-2.11")
     one, other = (MACHINE_OR_SYSTEM.describe(load_equations(f"drozdetskaya-2020/{n}")).facts["structure"] for n in names)
     assert one != other
-
-
-def test_fingerprints_are_of_what_is_known() -> None:
-    assert _text(frozenset({3, 1})) == _text(frozenset({1, 3})) != _text(frozenset({1}))
-    with pytest.raises(TypeError, match="no fingerprint is known for the type object"):
-        _text({"a": object()})
 
 
 def test_subjects_are_machines_or_equations(tmp_path: Path) -> None:

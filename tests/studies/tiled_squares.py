@@ -16,12 +16,11 @@ from typing import Any, ClassVar
 import numpy as np
 import xarray as xr
 
+from wucht import InputError
 from wucht.dynamics.work import Work
-from wucht.errors import InputError
+from wucht.extending import Answer, Study
 from wucht.schema import si
-from wucht.studies.answer import Answer
 from wucht.studies.cluster import TaskReport
-from wucht.studies.study import Study
 from wucht.studies.subjects import Description
 
 

@@ -42,8 +42,8 @@ def magnets() -> UserSystem:
 def shares_of_lorenz_84(count: int) -> dict[MotionKind, float]:
     starts = np.random.default_rng(0).uniform(-3, 3, (3, count))
     outcomes = start_outcomes(lorenz_84(), starts, LongRunSettings(tolerance=1e-9))
-    assert (outcomes.labels >= 0).all()
-    return {one.kind: float((outcomes.labels == k).mean()) for k, one in enumerate(outcomes.attractors)}
+    assert (outcomes.outcome >= 0).all()
+    return {one.kind: float((outcomes.outcome == k).mean()) for k, one in enumerate(outcomes.attractors)}
 
 
 def agrees(share: float, count: int, published: float) -> bool:
@@ -71,10 +71,10 @@ def test_lorenz_84_has_three_attractors(published: dict[MotionKind, float], coun
 
 def shares_of_magnets(outcomes: StartOutcomes) -> dict[str, float]:
     """By the place of the magnet: upper left, lower left, right."""
-    assert (outcomes.labels >= 0).all()
+    assert (outcomes.outcome >= 0).all()
     assert all(one.kind is MotionKind.EQUILIBRIUM for one in outcomes.attractors)
     names = ["right" if one.mean[0] > 0 else "upper" if one.mean[1] > 0 else "lower" for one in outcomes.attractors]
-    return {name: float((outcomes.labels == k).mean()) for k, name in enumerate(names)}
+    return {name: float((outcomes.outcome == k).mean()) for k, name in enumerate(names)}
 
 
 @pytest.mark.slow

@@ -14,12 +14,11 @@ import math
 import numpy as np
 import pytest
 
+from wucht import RunUp, run
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
 
 DRUM = {
     "carrier": {

@@ -22,14 +22,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from wucht import RunUp, run
 from wucht.analysis.dimensionless import dimensionless_numbers
 from wucht.analysis.vibration import Vibration
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_document, load_machine
 from wucht.machines.machine import Machine
 from wucht.mechanics.lagrange import acceleration, equations_of_motion
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
 
 SEVEN_DIGITS = 1e-6  # relative
 

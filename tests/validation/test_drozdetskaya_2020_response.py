@@ -15,15 +15,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from wucht import Response, TorqueBalance, run
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
-from wucht.studies.response.study import Response
-from wucht.studies.runner import run
-from wucht.studies.torque_balance import TorqueBalance
 
 M, E, C, B = 9.75, 1e-3, 1e5, 200.0  # errata.md: the real machines R1 and R2, without pendulums
 K, SIGMA = math.sqrt(C / M), B / (2 * M)  # (2.76), (2.77)

@@ -14,10 +14,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from wucht import Approximation, RunUp, run
 from wucht.files.catalogue import load_document, load_machine
-from wucht.studies.approximation.study import Approximation
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
 
 TABLE_5_1 = "drozdetskaya-2020/table-5.1"
 START = {"psi": 0.0, "delta": 0.5}

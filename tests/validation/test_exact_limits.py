@@ -19,6 +19,7 @@ import sympy as sp
 import xarray as xr
 from scipy.special import ellipk
 
+from wucht import RunUp, run
 from wucht.analysis.vibration import Vibration
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
@@ -26,8 +27,6 @@ from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integration import integrate
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
 
 GRAVITY = 9.81  # m/s^2
 # A carrier that stands still: so heavy that nothing moves it, free to move in x alone.

@@ -11,13 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht import RunUp, run
 from wucht.analysis.dimensionless import dimensionless_numbers
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.program import Evaluator
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
 
 TWO = "drozdetskaya-2020/figure-6.7b"

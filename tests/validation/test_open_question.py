@@ -21,6 +21,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, fsolve
 
+from wucht import StabilityMap, run
 from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.sections import section_of
 from wucht.dynamics.branches.ending_curves import BOTH_VANISH, RETURNS, TO_SADDLE, curves_between
@@ -31,8 +32,6 @@ from wucht.numerics.continuation.equations import EquilibriumEquations
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.recurrence import is_at_rest
-from wucht.studies.runner import run
-from wucht.studies.stability_map.study import StabilityMap
 from wucht.studies.study_file import read_study
 
 DOUBLE = (0.3863518, 0.06728885, 3.6873885)  # beta_r, sigma, u where the three regions meet

@@ -10,9 +10,8 @@ from typing import Any
 
 import pytest
 
+from wucht import OrbitBranch, run
 from wucht.files.catalogue import load_machine
-from wucht.studies.orbit_branch.study import OrbitBranch
-from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
 
 PERIODS = {2.0: 1665.34645, 3.0: 630.30303, 4.0: 721.60711, 5.0: 1199.31590}

@@ -15,9 +15,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from wucht import OrbitBranch, report, run
 from wucht.files.user_system import equations_from
-from wucht.studies.orbit_branch.study import OrbitBranch
-from wucht.studies.runner import report, run
 
 LSODA: dict[str, Any] = {"method": "LSODA", "rtol": 1e-12, "atol": 1e-14}
 BRUSSELATOR = {"parameters": {"A": 1.0, "B": 4.0}, "states": {"X": "A + X^2*Y - B*X - X", "Y": "B*X - X^2*Y"}}

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht import SpeedCurve, run
 from wucht.files.catalogue import load_machine
-from wucht.studies.runner import run
-from wucht.studies.speed_curve.study import SpeedCurve
 from wucht.studies.study_file import read_study
 
 FIGURE = "drozdetskaya-2020/figure-{}"

@@ -10,14 +10,13 @@ import pytest
 import xarray as xr
 from scipy.integrate import solve_ivp
 
+from wucht import Entrainment, run
 from wucht.dynamics.entrainment.entrainment_case import swept_parameter
 from wucht.dynamics.entrainment.entrainment_equations import EntrainmentEquations
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of
-from wucht.studies.entrainment.study import Entrainment
-from wucht.studies.runner import run
 
 FREQUENCY = 2 * math.pi
 UNBALANCE, SLOPE, INERTIA, AMPLITUDE = 1e-3, 1e-5, 1e-5, 1e-3  # Bild 2, SI

@@ -21,11 +21,10 @@ import pytest
 import sympy as sp
 from scipy.optimize import fsolve
 
+from wucht import RunUp, run
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.mechanics.lagrange import acceleration, equations_of_motion, reaction
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
 
 OMEGA_X, OMEGA_Y = 62.5, 125.1  # rad/s, section 6

@@ -16,12 +16,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from wucht import RunUp, run
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.mechanics.lagrange import acceleration, equations_of_motion
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
 from wucht.studies.study_file import read_study
 
 OMEGA = 2 * math.pi  # 1/s, Bild 2

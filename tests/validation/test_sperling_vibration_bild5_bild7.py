@@ -19,7 +19,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from wucht.studies.runner import run
+from wucht import run
 from wucht.studies.study_file import read_study
 
 OMEGA_1 = "drive.no_load_speed"

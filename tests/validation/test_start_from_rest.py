@@ -17,13 +17,10 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from wucht import RunUp, TorqueBalance, VoltageDip, run
 from wucht.analysis.starting import SUDDEN, starts_from_rest
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
-from wucht.studies.torque_balance import TorqueBalance
-from wucht.studies.voltage_dip.study import VoltageDip
 
 G, UNBALANCE, INERTIA = 9.81, 0.1, 0.05
 MOMENT = UNBALANCE * G

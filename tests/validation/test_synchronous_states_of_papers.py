@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht import SynchronousStates, run
 from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.closed_form import State
@@ -22,8 +23,6 @@ from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.catalogue import load_machine
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
-from wucht.studies.runner import run
-from wucht.studies.synchronous_states.study import SynchronousStates
 
 Entry = dict[str, Any]
 

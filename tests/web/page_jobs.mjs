@@ -29,18 +29,20 @@ function changed({ parameters = {}, start = {}, changes = [], until = page.until
   };
 }
 
-/** A canvas of 640 x 480 pixels that keeps the points of each path that is stroked. */
-function recordingCanvas(paths) {
-  let path = [];
+/** A canvas that keeps what is stroked on it, with its colour and dashes, and where words are written. */
+function recordingCanvas(drawn, [clientWidth, clientHeight] = [640, 480]) {
+  let [points, dashes] = [[], []];
   const calls = {
     measureText: () => ({ width: 0 }),
-    beginPath: () => (path = []),
-    moveTo: (...point) => path.push(point),
-    lineTo: (...point) => path.push(point),
-    stroke: () => paths.push(path),
+    beginPath: () => (points = []),
+    moveTo: (...point) => points.push(point),
+    lineTo: (...point) => points.push(point),
+    setLineDash: (lengths) => (dashes = lengths),
+    stroke: () => drawn.strokes.push({ points, dashes, colour: calls.strokeStyle }),
+    fillText: (words, ...point) => drawn.words.push({ words, point }),
   };
-  const context = new Proxy(calls, { get: (target, name) => target[name] ?? (() => {}), set: () => true });
-  return { clientWidth: 640, clientHeight: 480, style: {}, getContext: () => context };
+  const context = new Proxy(calls, { get: (target, name) => target[name] ?? (() => {}) });
+  return { clientWidth, clientHeight, style: {}, getContext: () => context, setAttribute() {} };
 }
 
 const jobs = {
@@ -96,8 +98,8 @@ const jobs = {
     const course = computeCourse(machine, changed(scenario), page.turn, { tolerance, most: 12000 });
     const trails = new Trails({ machine, page, levelCode }, tolerance);
     const instant = new Instant(machine);
-    const paths = [];
-    const drawing = new MachineDrawing(recordingCanvas(paths), machine);
+    const drawn = { strokes: [], words: [] };
+    const drawing = new MachineDrawing(recordingCanvas(drawn), machine);
     const amplitude = machine.outputs.findIndex(({ name }) => name === "amplitude");
     const magnification = drawing.suggestedMagnification(trails.largest(course, amplitude));
     const view = { stroboscopic: false, magnification };
@@ -110,9 +112,10 @@ const jobs = {
     const orbits = times.map((time) => {
       instant.move(course, time);
       trails.move(course, time, instant);
-      paths.length = 0;
+      drawn.strokes.length = 0;
       drawing.draw(time, instant.state, instant.outputs, instant.parameters, view, trails.orbit);
       const { pen, pose } = drawing;
+      const paths = drawn.strokes.map(({ points }) => points);
       const [, ...pixels] = paths.filter((path) => path.length > 1 && path.length === grid.length);
       const places = deckPlaces(pose);
       const moved = ([px, py], [a, b]) => [
@@ -123,6 +126,38 @@ const jobs = {
       return { time: grid, places, displacements, pixels };
     });
     return { magnification, description: drawing.description, orbits };
+  },
+  /** What is drawn of the machine at its start, on canvases of several sizes, with a motion of the main rotor's axis. */
+  async drawings({ sizes, magnification, trace }) {
+    const { MachineDrawing } = await load("drawing");
+    const { start, parameters } = original;
+    return sizes.map((size) => {
+      const drawn = { strokes: [], words: [] };
+      const orbits = { axis: Float64Array.from(trace), deck: [] };
+      const view = { stroboscopic: false, magnification };
+      new MachineDrawing(recordingCanvas(drawn, size), machine).draw(0, start, [], parameters, view, orbits);
+      return drawn;
+    });
+  },
+  /** Springs and dashpots from one point (m) to others, in a view. */
+  async springs({ view, from, ends, width }) {
+    const { Pen } = await load("shapes");
+    return ends.map((end) => {
+      const drawn = { strokes: [], words: [] };
+      const pen = new Pen(recordingCanvas(drawn).getContext(), {});
+      pen.setView(...view);
+      pen.spring(...from, ...end, width, "");
+      pen.dashpot(...from, ...end, width, 50, "");
+      return drawn.strokes.map(({ points }) => points);
+    });
+  },
+  /** The torque hill at the start. */
+  async hill() {
+    const { TorqueHill } = await load("torque_hill");
+    const drawn = { strokes: [], words: [] };
+    const hill = new TorqueHill({ ownerDocument: { createElement: () => recordingCanvas(drawn) }, append() {} }, machine);
+    hill.draw(original.parameters, null, null, 0, original.start);
+    return drawn;
   },
   async overlaps({ starts }) {
     const { overlapSentence } = await load("contacts");

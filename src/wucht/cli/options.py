@@ -115,6 +115,8 @@ def _import_modules(modules: list[str] | None) -> list[str]:
             _import_module(module_or_path)
         except InputError:
             raise
+        except KeyboardInterrupt as error:
+            raise typer.Abort(str(error)) from None  # without it Typer ends with the exit code alone
         except Exception as error:  # any error of the user's code
             raise InputError("--import", module_or_path, f"it cannot be imported: {type(error).__name__}: {error}") from None
     return modules or []

@@ -72,10 +72,10 @@ def _excess(frame: Frame, body: str) -> sp.Expr:
 
 
 class RotorOnCarrier(DimensionlessMachine):
-    """An unbalanced rotor on a carrier that moves in x: 002 (3.33)-(3.34)."""
+    """An unbalanced rotor on a carrier that moves in x: Drozdetskaya (3.33)-(3.34)."""
 
     kind = "rotor-on-carrier"
-    equations = "002 (3.33)-(3.34)"
+    equations = "Drozdetskaya (3.33)-(3.34)"
     directions = "x"
 
     epsilon: SI[float] = si("", "unbalance over inertia, M e^2/J", "epsilon", gt=0)
@@ -94,21 +94,21 @@ class RotorOnCarrier(DimensionlessMachine):
 
 
 class LavalRotor(RotorOnCarrier):
-    """The same on a carrier that moves in x and y: 002 (3.59)-(3.61)."""
+    """The same on a carrier that moves in x and y: Drozdetskaya (3.59)-(3.61)."""
 
     kind = "laval-rotor"
-    equations = "002 (3.59)-(3.61)"
+    equations = "Drozdetskaya (3.59)-(3.61)"
     directions = "xy"
 
 
 class SelfBalancingRotor(DimensionlessMachine):
-    """An unbalanced rotor with two balancing pendulums: 002 (4.11)-(4.20).
+    """An unbalanced rotor with two balancing pendulums: Drozdetskaya (4.11)-(4.20).
 
     In (4.8) the 2 of M* = M + 2 m and of beta_r = 2 b_r/(k J_R) is the number n of pendulums.
     """
 
     kind = "self-balancing-rotor"
-    equations = "002 (4.11)-(4.20)"
+    equations = "Drozdetskaya (4.11)-(4.20)"
     bodies: ClassVar[ModelBodies] = (("rotor", "rotor", None), ("p1", "pendulum", "rotor"), ("p2", "pendulum", "rotor"))
 
     epsilon: SI[float] = si("", "unbalance over inertia, M e^2/J_R", "epsilon", gt=0)
@@ -169,10 +169,10 @@ class SelfBalancingRotor(DimensionlessMachine):
 
 
 class Exciter(SelfBalancingRotor):
-    """An unbalanced rotor with one coaxial pendulum, the exciter of 002, section 6.2: (4.11)-(4.20) with n = 1."""
+    """An unbalanced rotor with one coaxial pendulum, the exciter of Drozdetskaya, section 6.2: (4.11)-(4.20) with n = 1."""
 
     kind = "exciter"
-    equations = "002 (4.11)-(4.20) with one pendulum"
+    equations = "Drozdetskaya (4.11)-(4.20) with one pendulum"
     bodies = SelfBalancingRotor.bodies[:2]
 
 

@@ -20,6 +20,7 @@ from wucht.studies.study import AVERAGED_EQUATIONS, FULL_EQUATIONS, Study
 
 _MODELS = {"full": FULL_EQUATIONS, "slow": AVERAGED_EQUATIONS, "both": f"{FULL_EQUATIONS} and {AVERAGED_EQUATIONS}"}
 _MOST_ROTORS = 3
+_VARIATIONS = ("axes", "random", "ranges")  # keys of studies whose entries differ from start to start
 
 
 def assumptions(spec: Study, subject: Any) -> list[str]:
@@ -52,15 +53,10 @@ def _start_statements(spec: Study, machine: Machine) -> list[str]:
         return []
     start: Mapping[str, Any] = getattr(spec, "start", {})
     several = [set(one) for one in getattr(spec, "starts", ())]
-    varied_states = {*getattr(spec, "axes", {}), *getattr(spec, "random", {})} - set(machine.parameters)
-    if not varied_states and not several and is_hanging_start(machine, start):
+    varied_names = {name for key in _VARIATIONS for name in getattr(spec, key, None) or ()}
+    if not varied_names - set(machine.parameters) and not several and is_hanging_start(machine, start):
         return [f"start: {hanging_words(machine)}"]
-    named_bodies = {
-        *start,
-        *getattr(spec, "axes", {}),
-        *getattr(spec, "random", {}),
-        *(set.intersection(*several) if several else ()),
-    }
+    named_bodies = {*start, *varied_names, *(set.intersection(*several) if several else ())}
     named_bodies = {name.partition(".")[0] for name in named_bodies}
     rotors = [r for r in machine.rotors if r.name not in named_bodies and len(machine.rotors) > 1]
     unnamed_bodies = [b for b in machine.bodies if b.about is not None and not named_bodies & {b.name, "psi", "delta"}]

@@ -46,8 +46,10 @@ def _set_key(tables: Document, path: str, value: Any) -> None:
     """Set a key by its path. Items of lists are counted from 1, ``law.restrictions.1.equals``, or written as in messages,
     ``law.restrictions[0].equals``. Raises ``InputError``."""
     keys = re.sub(r"\[(\d+)\]", lambda match: f".{int(match[1]) + 1}", path).split(".")
-    if keys[0] not in TABLES or len(keys) == 1:
+    if keys[0] not in TABLES:
         raise InputError(path, value, f"unknown table; {nearest(keys[0], TABLES)}, each followed by '.key'")
+    if len(keys) == 1:
+        raise InputError(path, value, f"this is a table; set one of its keys as {path}.KEY")
     target: Any = tables.setdefault(keys[0], {})
     for k, key in enumerate(keys[1:-1], 1):
         if isinstance(target, dict):

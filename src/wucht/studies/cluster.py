@@ -155,7 +155,7 @@ def cluster_at(address: str | None) -> Iterator[DaskCluster | None]:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # about versions, which are compared below
-                client = Client(address, timeout=_ANSWER_S, set_as_default=False)
+                client = Client(address.removesuffix("/"), timeout=_ANSWER_S, set_as_default=False)
         except (ValueError, TypeError) as error:
             needs = "its protocol needs a part of dask.distributed that is not installed or not configured here"
             raise InputError("--scheduler", address, f"{needs}: {error}", code="unsupported") from None

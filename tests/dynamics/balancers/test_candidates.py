@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from tests.refusals import refused
 
+from wucht import load_machine
 from wucht.dynamics.balancers.candidates import least_residual, phases, with_bodies
 from wucht.dynamics.sampling.searches import balancer_names
 from wucht.machines.parts.track import TrackBody
 from wucht.machines.tracks import angular_width
-from wucht.studies.study_file import read_study
 
-CENTRIFUGE = read_study("practice/laboratory-centrifuge").subject
-GRINDER = read_study("practice/grinder-4-balls").subject
+CENTRIFUGE = load_machine("practice/laboratory-centrifuge")
+GRINDER = load_machine("practice/grinder-4-balls")
 
 
 def test_more_and_fewer_bodies_are_like_the_first_one() -> None:
@@ -40,7 +40,7 @@ def test_bodies_that_differ_have_no_number() -> None:
     with refused("study.bodies", "b3", "b1", given=2, code="different-bodies"):
         with_bodies(CENTRIFUGE.with_values({"b3.mass": 5e-3}), 2)
     with refused("study.bodies", given=2, code="schedules"):
-        with_bodies(read_study("practice/balls-at-resonance").subject, 2)
+        with_bodies(load_machine("practice/balls-at-resonance"), 2)
 
 
 def test_starts_on_a_track_never_overlap_and_are_everywhere() -> None:
@@ -81,7 +81,7 @@ def test_one_body_that_is_too_heavy_leaves_the_difference() -> None:
 
 def test_another_number_of_bodies_that_stand_at_random_stands_elsewhere():
     """Their places are those of their own number: copies of one would lie in each other."""
-    made = with_bodies(read_study("practice/fan-ball-ring").subject, 10)
+    made = with_bodies(load_machine("practice/fan-ball-ring"), 10)
     assert len([b for b in made.bodies if b.about]) == 10
     assert all(p.start is None for p in made.parts if isinstance(p, TrackBody))
 

@@ -254,7 +254,7 @@ def planned(
     todo = iter(kinds)
     monkeypatch.setattr(ending_map, "_place", lambda _, __, place, ___: at(*place, next(todo)))
     monkeypatch.setattr(ending_map, "curves_between", lambda _m, _p, connected, other, _w: made(connected, other))
-    mapped: Any = EndingMapCase(plane, SimpleNamespace(), cells, ())  # type: ignore[arg-type]
+    mapped: Any = EndingMapCase(plane, SimpleNamespace(), cells, SimpleNamespace())  # type: ignore[arg-type]
     return list(map_endings(mapped, Work()))
 
 
@@ -298,7 +298,7 @@ def test_what_a_known_curve_explains_is_not_asked_again(monkeypatch: pytest.Monk
 def test_changes_between_rows_count_up_to_the_last_column() -> None:
     """Of three columns and rows, the place in the last column of the middle row ends in another way than its neighbours."""
     plane = ParameterPlane(("p", "x", "y"), ((0.0, 1.0), (-1.5, 1.5), (-1.5, 1.5)))
-    mapped = EndingMapCase(plane, SimpleNamespace(), 3, ())  # type: ignore[arg-type]
+    mapped = EndingMapCase(plane, SimpleNamespace(), 3, SimpleNamespace())  # type: ignore[arg-type]
     places = tuple(at(*c, S if c == (1.0, 0.0) else N) for c in mapped.centres)
     pairs = unexplained_changes(mapped, EndingFindings(places))
     assert {((a.x, a.y), (b.x, b.y)) for a, b in pairs} == {

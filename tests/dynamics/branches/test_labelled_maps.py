@@ -12,14 +12,14 @@ import sympy as sp
 import wucht
 from wucht.dynamics.branches.ending_curves import RETURNS, ParameterPlane
 from wucht.dynamics.branches.ending_map import EndingFindings, EndingMapCase
-from wucht.dynamics.branches.labelled_maps import PERIODIC_ORBIT, LabelledMap, map_of_endings, map_of_states
+from wucht.dynamics.branches.labelled_maps import LabelledMap, map_of_endings, map_of_states
 from wucht.dynamics.branches.modulated_motion import ReachedMotions
 from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding
 from wucht.dynamics.branches.plane_regions import COINCIDE, DOUBLE, PlaneCurve, PlanePoint
 from wucht.dynamics.branches.second_parameter import BifurcationCurve
 from wucht.dynamics.branches.state_map import StateFindings, StateMapCase
 from wucht.dynamics.branches.state_rows import OrbitRow, SteadyRow
-from wucht.dynamics.branches.steady_states import Kind
+from wucht.dynamics.branches.steady_states import Kind, Labels
 from wucht.numerics.periodic.branch_ends import RANGE, SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 from wucht.system import System
 
@@ -44,7 +44,7 @@ def states(**findings: Any) -> LabelledMap:
     _, case = STUDY.prepare(OWN)
     assert isinstance(case, StateMapCase)
     same = rows(("a",), ("a",), ("a",), ("a",))
-    return map_of_states(case, StateFindings(**{"rows": same, "complete": True} | findings), PERIODIC_ORBIT)
+    return map_of_states(case, StateFindings(**{"rows": same, "complete": True} | findings))
 
 
 def labels(made: LabelledMap) -> list[str]:
@@ -215,7 +215,7 @@ def endings(kinds: tuple[str, ...], *curves: PlaneCurve, **other: Any) -> Labell
     at = [(x, y) for y in (0.0, 2.0) for x in (-1.0, 1.0)]
     places = tuple(OrbitEnding(x, y, 0.25, OrbitEnd(kind, 0.75, "")) for (x, y), kind in zip(at, kinds, strict=True))
     findings = EndingFindings(**{"places": places, "curves": curves, "complete": True} | other)
-    return map_of_endings(EndingMapCase(PLANE, NONE, 2, ()), findings, PERIODIC_ORBIT)
+    return map_of_endings(EndingMapCase(PLANE, NONE, 2, Labels("state x", "", "x", of_equations=True)), findings)
 
 
 def test_how_modulated_motions_end() -> None:

@@ -25,7 +25,7 @@ def test_both_wells_have_the_starts_on_their_side() -> None:
     x = np.linspace(-2, 2, 40)
     outcomes = start_outcomes(equations({"x": "x - x^3", "y": "-y"}), np.array([x, np.ones(40)]), SETTINGS)
     places = np.array([one.mean[0] for one in outcomes.attractors])
-    assert places[outcomes.labels] == pytest.approx(np.sign(x))
+    assert places[outcomes.outcome] == pytest.approx(np.sign(x))
 
 
 def test_an_orbit_and_an_equilibrium_are_told_apart() -> None:
@@ -34,20 +34,20 @@ def test_an_orbit_and_an_equilibrium_are_told_apart() -> None:
     r = np.linspace(0.1, 2.9, 30)  # none of them within rounding of 1
     subject = equations({"x": f"x*{k} - y", "y": f"y*{k} + x"})
     outcomes = start_outcomes(subject, np.array([r, np.zeros(30)]), SETTINGS)
-    kinds = [outcomes.attractors[k].kind for k in outcomes.labels.tolist()]
+    kinds = [outcomes.attractors[k].kind for k in outcomes.outcome.tolist()]
     assert kinds == [MotionKind.EQUILIBRIUM if one < 1 else MotionKind.PERIODIC for one in r]
 
 
 def test_starts_that_lead_to_infinity_diverge() -> None:
     x = np.array([-0.5, 0.5, 0.99, 1.01, 2.0, 5.0, 0.0, 3.0])
     outcomes = start_outcomes(equations({"x": "-x + x^3"}), x[None], SETTINGS)
-    assert (outcomes.labels == DIVERGES).tolist() == (x > 1).tolist()
+    assert (outcomes.outcome == DIVERGES).tolist() == (x > 1).tolist()
 
 
 def test_a_start_on_an_unstable_equilibrium_is_told_and_draws_no_others() -> None:
     x = np.array([0.0, 1e-5, -1e-5, 0.5, -0.5, 1.5, -1.5])
     outcomes = start_outcomes(equations({"x": "x - x^3"}), x[None], SETTINGS)
-    assert [outcomes.attractors[k].attracts for k in outcomes.labels.tolist()] == [False, *[True] * 6]
+    assert [outcomes.attractors[k].attracts for k in outcomes.outcome.tolist()] == [False, *[True] * 6]
 
 
 def test_forced_motions_are_distinguished_by_their_phase() -> None:
@@ -75,8 +75,8 @@ def test_conservative_equations_have_no_basins(states: dict[str, str], sentence:
 
 def ends_of(outcomes: StartOutcomes) -> np.ndarray:
     """The equilibrium (M, n) at which each start ends."""
-    assert (outcomes.labels >= 0).all()
-    return np.array([one.mean for one in outcomes.attractors])[outcomes.labels]
+    assert (outcomes.outcome >= 0).all()
+    return np.array([one.mean for one in outcomes.attractors])[outcomes.outcome]
 
 
 @pytest.mark.parametrize("cells", [5, 6])
@@ -93,7 +93,7 @@ def test_wells_of_equal_shape_have_equal_shares(dimensions: int, cells: int) -> 
     assert ends_of(outcomes) == pytest.approx(np.sign(starts).T, abs=1e-9)
     assert len(outcomes.attractors) == (3 if cells % 2 else 2) ** dimensions
     assert all(one.attracts == (one.mean != 0).all() for one in outcomes.attractors)
-    assert outcomes.reasons == ()
+    assert outcomes.failures == ()
 
 
 def test_starts_on_a_separatrix_end_in_its_saddle() -> None:
@@ -151,10 +151,10 @@ def test_a_start_without_a_result_has_a_reason_and_ends_nothing() -> None:
     y = np.linspace(-1.5, 1.5, 8)
     states = {"x": "-sign(x)*(1 + sign(y)) - (1 - sign(y))*(x - 3)", "y": "y - y^3"}
     outcomes = start_outcomes(equations(states), np.array([np.ones(8), y]), SETTINGS)
-    assert (outcomes.labels == FAILED).tolist() == (y > 0).tolist()
-    assert [outcomes.attractors[k].mean.tolist() for k in outcomes.labels[y < 0]] == [pytest.approx([3.0, -1.0])] * 4
-    assert [member for member, _ in outcomes.reasons] == np.flatnonzero(y > 0).tolist()
-    assert all("slides along a jump" in reason for _, reason in outcomes.reasons)
+    assert (outcomes.outcome == FAILED).tolist() == (y > 0).tolist()
+    assert [outcomes.attractors[k].mean.tolist() for k in outcomes.outcome[y < 0]] == [pytest.approx([3.0, -1.0])] * 4
+    assert [member for member, _ in outcomes.failures] == np.flatnonzero(y > 0).tolist()
+    assert all("slides along a jump" in reason for _, reason in outcomes.failures)
 
 
 def test_a_part_without_attractors_leaves_the_basins_of_the_rest() -> None:
@@ -162,9 +162,9 @@ def test_a_part_without_attractors_leaves_the_basins_of_the_rest() -> None:
     m = "max(0, x^2 + y^2 - 1)*(4 - x^2 - y^2)"
     r = np.array([1.5, 0.3, 0.6, 0.8, 1.2, 1.9, 2.5, 0.9])
     outcomes = start_outcomes(equations({"x": f"{m}*x - y", "y": f"{m}*y + x"}), np.array([r, np.zeros(8)]), SETTINGS)
-    assert (outcomes.labels == NEUTRAL).tolist() == (r < 1).tolist()
-    assert [str(outcomes.attractors[k].kind) for k in outcomes.labels[r > 1]] == ["periodic"] * 4
-    assert all("family" in reason for _, reason in outcomes.reasons)
+    assert (outcomes.outcome == NEUTRAL).tolist() == (r < 1).tolist()
+    assert [str(outcomes.attractors[k].kind) for k in outcomes.outcome[r > 1]] == ["periodic"] * 4
+    assert all("family" in reason for _, reason in outcomes.failures)
 
 
 def test_rest_of_equations_that_depend_on_time_has_a_basin() -> None:

@@ -10,21 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht import Basin, LoadSpectrum, RunUp, StartStop, Sweep, run
 from wucht.dynamics.run_ups.hanging_start import hanging_start
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.run_ups.run_variations import varied_quantity
 from wucht.dynamics.sampling.ensembles import initial_states
+from wucht.extending import Study
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.program import Evaluator
-from wucht.studies.basin.study import Basin
-from wucht.studies.load_spectrum.study import LoadSpectrum
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
-from wucht.studies.start_stop import StartStop
-from wucht.studies.study import Study
-from wucht.studies.sweep.study import Sweep
 from wucht.web.shared_study import shared_page
 
 MOUNTED = {"mass": 10.0, "stiffness": [2e4, 3e4], "damping": 50.0, "gravity": 9.81}

@@ -11,15 +11,13 @@ import numpy as np
 import pytest
 from tests.refusals import Refusal, refused
 
+from wucht import Basin, RunUp, run
 from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
 from wucht.dynamics.run_ups.run_variations import check_given_once, start_states, varied_quantity, with_states
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.basin.study import Basin
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
 
 INVERTER = {"kind": "inverter", "set_speed": 30.0, "gain": 1.0, "integral_time": 0.5, "torque_limit": 5.0}
 DAMPER = {"kind": "friction-damper", "name": "left", "angle": 0.0, "force": 20.0}

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht import RunUp, run
 from wucht.dynamics.run_ups.observed_integration import Leg, ObservedIntegration
 from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.dynamics.verdicts.noise import Noise
@@ -19,8 +20,6 @@ from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.trajectory import Trajectory
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
 
 SPEED = 200.0
 ROTOR = {"kind": "rotor", "name": "d", "mass": 10.0, "unbalance": 0.01, "inertia": 0.03}

@@ -14,6 +14,7 @@ import pytest
 import xarray as xr
 from tests.refusals import refused
 
+from wucht import CoastDown, Response, RunUp, TorqueBalance, report, run
 from wucht.analysis.configurations.averaged_stability import Stability
 from wucht.analysis.configurations.configuration import RunningConfigurations
 from wucht.dynamics.run_ups import operating_points
@@ -25,11 +26,6 @@ from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.operation import LOWEST
 from wucht.numerics.angles import wrap_to_pi
-from wucht.studies.coast_down import CoastDown
-from wucht.studies.response.study import Response
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import report, run
-from wucht.studies.torque_balance import TorqueBalance
 
 START_OF_FILE = {"e1": -1.5708, "e2": -1.5708}
 

@@ -13,15 +13,11 @@ import pytest
 from scipy.integrate import solve_ivp
 from tests.dynamics.run_ups.test_operating_points import three_in_a_circle
 
+from wucht import CoastDown, Response, RunUp, TorqueBalance, run
 from wucht.dynamics.run_ups.operating_points import SteadyState
 from wucht.dynamics.run_ups.settled_from_rest import FromRest, SettledFromRest
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
-from wucht.studies.coast_down import CoastDown
-from wucht.studies.response.study import Response
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
-from wucht.studies.torque_balance import TorqueBalance
 
 MASS, UNBALANCE, INERTIA, STIFFNESS, DAMPING, TOP = 10.0, 0.02, 0.05, 1e5, 120.0, 180.0
 STUDIES = (TorqueBalance(), Response(), CoastDown(until=0.1))

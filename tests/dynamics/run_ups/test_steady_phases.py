@@ -11,12 +11,8 @@ import pytest
 import xarray as xr
 from tests.refusals import Refusal, refused
 
+from wucht import Response, RunUp, SynchronousStates, TorqueBalance, draw, report, run
 from wucht.files.catalogue import load_machine
-from wucht.studies.response.study import Response
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import draw, report, run
-from wucht.studies.synchronous_states.study import SynchronousStates
-from wucht.studies.torque_balance import TorqueBalance
 
 
 @pytest.fixture(scope="module")

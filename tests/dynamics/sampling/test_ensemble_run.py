@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht import RunUp
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, prepare_start, run_up
 from wucht.dynamics.sampling import ensemble_run
@@ -18,7 +19,6 @@ from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.run_up.study import RunUp
 
 
 def pendulums(u: float) -> Machine:

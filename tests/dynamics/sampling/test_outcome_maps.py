@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.run_ups.run_variations import start_states
+from wucht.dynamics.run_ups.run_variations import start_states, varied_quantity
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion
-from wucht.dynamics.sampling.outcome_maps import OutcomeMap, map_axis
+from wucht.dynamics.sampling.outcome_maps import MapAxis, OutcomeMap
+from wucht.dynamics.sampling.outcome_runs import OutcomeRuns
 from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
@@ -21,10 +22,21 @@ R1 = load_machine("drozdetskaya-2020/r1")
 TURN = 2 * math.pi
 
 
+def map_axis(machine: Machine, name: str, definition: Any) -> MapAxis:
+    *ends, cells = definition
+    return MapAxis.of(varied_quantity(machine, name, "axes"), ends, "axes", cells=cells, dimension=name)
+
+
 def outcome_map(machine: Machine, axes: dict[str, Any], start: dict[str, Any] | None = None, **settings: Any) -> OutcomeMap:
-    x, y = (map_axis(machine, name, tuple(definition)) for name, definition in axes.items())
+    x, y = (map_axis(machine, name, definition) for name, definition in axes.items())
     paths = tuple(axis.name for axis in (x, y) if axis.state is None)
-    return OutcomeMap(EnsembleQuestion(machine, paths, **settings), (x, y), start or {})
+    return OutcomeMap(OutcomeRuns(EnsembleQuestion(machine, paths, **settings), start or {}), (x, y))
+
+
+def starts_of(map_: OutcomeMap) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """The initial states and parameters in the first four cells."""
+    assert isinstance(map_.runs, OutcomeRuns)
+    return map_.runs.starts(map_.quantities, map_.places(0, np.arange(4)))
 
 
 @pytest.mark.parametrize(
@@ -71,7 +83,7 @@ def test_each_cell_starts_as_a_run_up_would() -> None:
     """Row by row, the second axis being the rows; what the axes do not say is as in ``start``."""
     axes = {"p2.speed": [0.0, 4.0, 2], "carrier.x": [0.0, 2e-3, 2]}
     start = {"p1": 0.3, "p2": -0.5, "carrier": {"y": 1e-3}}
-    states, values = outcome_map(R1, axes, start).starts(0, np.arange(4))
+    states, values = starts_of(outcome_map(R1, axes, start))
     assert values == {}
     for m, (speed, x) in enumerate([(1.0, 5e-4), (3.0, 5e-4), (1.0, 15e-4), (3.0, 15e-4)]):
         alone = {"p1": 0.3, "p2": {"angle": -0.5, "speed": speed}, "carrier": {"y": 1e-3, "x": x}}
@@ -88,7 +100,7 @@ def test_parameters_move_the_place_of_rest() -> None:
         ],
         "drive": {"kind": "linear", "slope": 0.02, "no_load_speed": 150.0},
     })  # fmt: skip
-    states, values = outcome_map(machine, {"carrier.stiffness": [1e4, 3e4, 2], "ball": [0.0, TURN, 2]}).starts(0, np.arange(4))
+    states, values = starts_of(outcome_map(machine, {"carrier.stiffness": [1e4, 3e4, 2], "ball": [0.0, TURN, 2]}))
     assert values["carrier.stiffness"].tolist() == [1.5e4, 2.5e4, 1.5e4, 2.5e4]
     row = machine.state_names.index("carrier.y")
     assert np.allclose(states[row], -3.1 * 9.81 / values["carrier.stiffness"])
@@ -96,9 +108,10 @@ def test_parameters_move_the_place_of_rest() -> None:
 
 def test_cells_are_numbered_row_by_row() -> None:
     map_ = outcome_map(R1, {"psi": [0.0, TURN, 3], "delta": [-1.0, 1.0, 2]})
-    assert map_.place(0) == pytest.approx((math.pi / 3, -0.5)) and map_.place(5) == pytest.approx((5 * math.pi / 3, 0.5))
-    assert map_.place(3) == pytest.approx((math.pi / 3, 0.5)), "the second row"
-    assert map_.place(7, 1) == pytest.approx((math.pi / 2, -0.25))
+    x, y = map_.places(0, np.array([0, 3, 5]))
+    assert x == pytest.approx([math.pi / 3, math.pi / 3, 5 * math.pi / 3])
+    assert y == pytest.approx([-0.5, 0.5, 0.5]), "3 and 5 are in the second row"
+    assert map_.places(1, np.array([7]))[:, 0] == pytest.approx((math.pi / 2, -0.25))
     assert map_.periodic == (False, True), "rows are those of delta"
     assert map_.shape(1) == (4, 6)
 

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht import RunUp
+from wucht import run as ask
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_variations import varied_quantity
 from wucht.dynamics.sampling.distributions import REPLICATES
@@ -17,8 +19,6 @@ from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run as ask
 
 R1 = load_machine("drozdetskaya-2020/r1")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from wucht import OptimiseBalancer, load_machine
 from wucht.dynamics.sampling.distributions import REPLICATES, points
 from wucht.dynamics.sampling.probability_bands import interval
 from wucht.dynamics.sampling.searches import (
@@ -18,10 +19,8 @@ from wucht.dynamics.sampling.searches import (
     values_at,
     variables_of,
 )
-from wucht.studies.optimise_balancer.study import OptimiseBalancer
-from wucht.studies.study_file import read_study
 
-CENTRIFUGE = read_study("practice/laboratory-centrifuge").subject
+CENTRIFUGE = load_machine("practice/laboratory-centrifuge")
 
 
 def test_keys_groups_and_paths() -> None:
@@ -37,10 +36,10 @@ def test_keys_groups_and_paths() -> None:
 
 
 def test_a_pendulums_inertia_keeps_its_ratio() -> None:
-    machine = read_study("practice/laundry-drum").subject
+    machine = load_machine("practice/laundry-drum")
     names = balancer_names(machine)
     if f"{names[0]}.inertia" not in machine.values:
-        machine = read_study("drozdetskaya-2020/r1").subject
+        machine = load_machine("drozdetskaya-2020/r1")
         names = balancer_names(machine)
     assert f"{names[0]}.inertia" in machine.values
     own = machine.values[f"{names[0]}.mass"]

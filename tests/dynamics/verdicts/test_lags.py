@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from motions import END, W, about, growing, rigid, stands, steady, tenth, truth
 
+from wucht import RunUp, run
 from wucht.dynamics.verdicts.evidence import _Projections
 from wucht.dynamics.verdicts.lags import _windows_until_radian, is_undecided, lag_of
 from wucht.files.catalogue import load_machine
 from wucht.numerics.observers.turns import MARKS_PER_TURN
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
 
 
 def lagging(share, change=0.0):

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from wucht import RunUp, report, run
 from wucht.dynamics.verdicts.judging import judge
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import MotionObserver
@@ -15,8 +16,6 @@ from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.numerics.observers.turns import Samples
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import report, run
 
 FREE = 200.0
 MARGIN = 0.005 * FREE

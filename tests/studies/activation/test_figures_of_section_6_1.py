@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import run
+from wucht import RunUp, run
 from wucht.studies.study_file import read_study
 
 NONE, ALIGNED = 4.42584e-3, 4.68467e-3

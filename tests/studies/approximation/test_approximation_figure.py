@@ -11,9 +11,7 @@ import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from wucht.files.catalogue import load_machine
-from wucht.studies.approximation.study import Approximation
-from wucht.studies.runner import draw, run
+from wucht import Approximation, draw, load_machine, run
 
 TABLE = "drozdetskaya-2020/table-5.1"
 

@@ -7,12 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
+from wucht import System, load_machine
 from wucht.analysis.averaged_equations import AveragedEquations, averaged_equations_of
 from wucht.dynamics.scenarios.order_of_error import STRENGTH, scale_epsilon, scaled_values
-from wucht.files.catalogue import load_machine
 from wucht.machines.operation import has_damped_balancers
 from wucht.numerics.flow.program import Evaluator
-from wucht.system import System
 
 MACHINES = (
     "drozdetskaya-2020/table-5.1",

@@ -30,6 +30,7 @@ from wucht.studies.study_file import read_study
 
 SPEEDS, SLOPES = [97.0, 107.0], [0.004, 0.007]
 TURN = [0.0, 2 * math.pi]
+AXES = {"drum.speed": [*SPEEDS, 2], "drive.slope": [*SLOPES, 2]}
 
 
 @cache
@@ -191,6 +192,38 @@ def test_what_has_no_verdict_is_told() -> None:
     assert f"  unidentified {part}, integrated until 20 s" in report(result)
     settling = draw(result).axes[1]
     assert settling.get_title() == "settling time (grey: not settled)"
+
+
+def test_further_quantities_are_drawn_at_random() -> None:
+    """The speed at the start: of each slope as many starts get through as lie above its border."""
+    axes = {"drive.slope": [*SLOPES, 12], "carrier.x": [-1e-4, 1e-4, 16]}
+    result = ask(Basin(axes=axes, ranges={"drum.speed": SPEEDS}, seed=1, model="slow", until=100.0), machine())
+    slopes = SLOPES[0] + (np.arange(12) + 0.5) * (SLOPES[1] - SLOPES[0]) / 12
+    share = np.mean([(SPEEDS[1] - border(slope)) / (SPEEDS[1] - SPEEDS[0]) for slope in slopes])
+    s = result.wucht.summary
+    assert s["fractions"]["passed"] == pytest.approx(share, abs=3 * s["standard_errors"]["passed"])
+    assert s["standard_errors"]["passed"] == pytest.approx(math.sqrt(share * (1 - share) / 192), rel=0.1)
+    assert s["bound"] == {}, "there is no border"
+    assert s["ranges"] == {"drum.speed": SPEEDS}
+    assert report(result)[2] == "  map          12 x 16 cells over drive.slope and carrier.x, with drum.speed at random"
+    assert report(result)[4] == "  shares       ± holds in 19 of 20 cases"
+
+
+def test_what_is_drawn_at_random_is_not_assumed() -> None:
+    balls = load_machine("drozdetskaya-2020/r1")
+    keys = {"axes": {"carrier.x": [0.0, 1e-3, 2], "drum.speed": [0.0, 1.0, 2]}, "model": "slow", "until": 0.1}
+    with_p2, with_both = (
+        ask(Basin(**keys, ranges=ranges), balls).wucht.assumed[-1] for ranges in ({"p2": TURN}, {"p1": TURN, "p2": TURN})
+    )
+    assert "p1" in with_p2 and "p2" not in with_p2
+    assert "start at" not in with_both
+
+
+def test_random_starts_have_no_border_and_are_no_axis() -> None:
+    with refused("study.refine", given=1):
+        ask(Basin(axes=AXES, ranges={"carrier.x": [0.0, 1e-3]}, refine=1), machine())
+    with refused("study.ranges.drum.speed", given="drum.speed", code="given-twice"):
+        ask(Basin(axes=AXES, ranges={"drum.speed": SPEEDS}), machine())
 
 
 def test_nothing_but_one_outcome() -> None:

@@ -50,9 +50,24 @@ def test_refined_borders_are_those_of_a_map_of_fine_cells() -> None:
     assert coarse.refined_x.values == pytest.approx(dense.x.values)
     s = coarse.wucht.summary
     assert s["uncertainty"]["equilibrium-1"] == pytest.approx(2 * s["standard_errors"]["equilibrium-1"])
-    assert wucht.report(coarse)[2].split()[1:4] == ["32", "x", "24"]
+    assert wucht.report(coarse)[2].endswith("8 x 6 cells over x and v, at the borders halved to those of 32 x 24")
     image = wucht.draw(coarse).axes[0].get_images()[0].get_array()
     assert image is not None and image.shape == (24, 32)
+
+
+def test_shares_err_by_no_more_than_their_bound() -> None:
+    """Of x from -1 to 2 two thirds lead to 1: on no grid is the border, x = 0, an edge of cells."""
+    wells = subject({"x": "x - x^3", "y": "-y"})
+    result = wucht.run(wucht.Basin(axes={"x": [-1.0, 2.0, 8], "y": [-1.0, 1.0, 4]}, refine=2), wells)
+    s, right = result.wucht.summary, next(a["label"] for a in result.wucht.summary["attractors"] if a["state"]["x"] > 0)
+    levels = s["levels"]
+    assert [one["cells"] for one in levels] == [[8, 4], [16, 8], [32, 16]]
+    for one in levels:
+        assert 0 < abs(one["fractions"][right] - 2 / 3) <= one["bound"][right]
+    assert [one["bound"][right] for one in levels] == pytest.approx([1 / 8, 1 / 16, 1 / 32]), "half of two columns of cells"
+    assert (s["bound"], s["missing"]) == (levels[-1]["bound"], 0.0)
+    assert s["runs"] == sum(one["runs"] for one in levels) < s["runs_of_dense_map"] == 512
+    assert np.array_equal(np.unique(result.refined_level), [0, 1, 2])
 
 
 def test_further_states_are_drawn_at_random() -> None:
@@ -69,9 +84,9 @@ def test_further_states_are_drawn_at_random() -> None:
     ("keys", "sentence"),
     [
         ({"axes": {"x": [-1.0, 1.0, 4], "w": [-1.0, 1.0, 4]}}, "unknown state"),
-        ({"axes": {"x": [1.0, -1.0, 4], "v": [-1.0, 1.0, 4]}}, "lo below hi"),
-        ({"axes": AXES, "start": {"x": 1.0}}, "given twice"),
-        ({"axes": AXES, "ranges": {"x": [0.0, 1.0]}}, "given twice"),
+        ({"axes": {"x": [1.0, -1.0, 4], "v": [-1.0, 1.0, 4]}}, "low below high"),
+        ({"axes": AXES, "start": {"x": 1.0}}, "give it once"),
+        ({"axes": AXES, "ranges": {"x": [0.0, 1.0]}}, "give it once"),
         ({"axes": AXES, "ranges": {"z": [1.0, 0.0]}}, "low below high"),
         ({"axes": AXES, "model": "slow"}, "for a machine only"),
         ({"axes": AXES, "ranges": {"z": [0.0, 1.0]}, "refine": 1}, "no border that could be refined"),
@@ -117,11 +132,11 @@ def test_a_saddle_is_drawn_and_named_apart_from_attractors() -> None:
     assert legend[2:] == ["equilibrium-3: 20 % of the starts", "attractors", "saddle, reached from a set without area"]
 
 
-def test_runs_without_a_result_have_a_warning_with_the_reason() -> None:
+def test_runs_that_fail_have_a_warning_with_the_reason() -> None:
     """For y > 0 x slides along a jump of its rate."""
     slides = subject({"x": "-sign(x)*(1 + sign(y)) - (1 - sign(y))*(x - 3)", "y": "y - y^3"})
     result = wucht.run(wucht.Basin(axes={"x": [1, 2, 2], "y": [-1, 1, 4]}), slides)
     s = result.wucht.summary
     assert (s["fractions"], s["failures"]) == ({"equilibrium": 0.5, "failed": 0.5}, 4)
     assert "slides along a jump" in result.wucht.warnings[0]
-    assert result.wucht.warnings[-1] == "1 more runs have no result"
+    assert result.wucht.warnings[-1] == "1 more runs failed"

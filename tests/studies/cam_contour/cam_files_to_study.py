@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from wucht.cams.drive import CamDrive, cam_drive_from
+from wucht import CamDrive
+from wucht.cams.drive import cam_drive_from
 
 R, E, ROLLER, PIVOT, ARM = 0.050, 0.012, 0.010, 0.110, 0.090
 ZERO = np.radians(-143.08681668)  # of the lever at cam angle 0

@@ -10,14 +10,12 @@ import cam_files_to_study as given
 import numpy as np
 import pytest
 import xarray as xr
-from tests.refusals import refused
+from tests.refusals import check_refusal, refused
 
+from wucht import CamContour, report, run
 from wucht.cams.workshop.cam_files import WorkshopCurve
 from wucht.cams.workshop.points import chord_deviation
-from wucht.errors import InputError
 from wucht.studies.cam_contour.export import drive_of, points_to_mill
-from wucht.studies.cam_contour.study import CamContour
-from wucht.studies.runner import report, run
 
 pytestmark = pytest.mark.usefixtures("coarse_angles")
 
@@ -438,36 +436,26 @@ LEVER, SLIDES = (given.SMOOTH, given.FOLLOWER), (given.MODIFIED_SINE, given.FLAT
 
 
 @pytest.mark.parametrize(
-    ("drive", "asked", "says"),
+    ("drive", "asked"),
     [
-        (LEVER, {"contact": {"inertia": 1.0}}, "study.speed: the contact force needs the speed of the camshaft"),
-        (LEVER, {"contact": {"mass": 1.0}, "speed": 1.0}, "study.contact.mass: given 1.0; the follower turns: give its"),
-        (SLIDES, {"contact": {"inertia": 1.0}, "speed": 1.0}, "study.contact.inertia: given 1.0; the follower slides: give"),
-        (LEVER, {"contact": {}, "speed": 1.0}, "study.contact.inertia: this key is missing; give the follower's moment"),
-        (LEVER, {"contact": {"inertia": 1, "preload": "3 N"}, "speed": 1}, "study.contact.preload: given '3 N'; must be a"),
-        (LEVER, {"contact": {"inertia": 1, "stiffness": -1}, "speed": 1}, "study.contact.stiffness: given -1.0; must be a"),
-        (LEVER, {"permitted": {"pressure_angle": "5 deg"}}, "study.permitted.pressure_angle: given '5 deg'; no cam can"),
-        (SLIDES, {"permitted": {"pressure_angle": "5 deg"}}, "study.permitted.pressure_angle: a flat face has none"),
-        (LEVER, {"chord_tolerance": 1e-16}, "study.chord_tolerance: given 1e-16; it needs more than 2000000 points"),
-        ((given.SMOOTH, given.FOLLOWER | {"roller_radius": 0.2}), {}, "follower.roller_radius: given '200 mm'; the roller"),
-        pytest.param((given.SMOOTH, given.FOLLOWER | {"roller_radius": 0.2}), {"allow_undercut": True},
-                     "follower.roller_radius: given '", marks=pytest.mark.slow),
-        ((given.MODIFIED_SINE, given.FLAT | {"distance": 1e-3}), {}, "follower.distance: given '1 mm'; the face would cut"),
-        (LEVER, {"contact": {"inertia": 1, "stiffness": "30 N/m"}, "speed": 1},
-         "study.contact.stiffness: given '30 N/m'; must be a torsional stiffness of a follower that turns, a number"),
-        (LEVER, {"permitted": {"pressure_angle": "95 deg"}}, "study.permitted.pressure_angle: given '95 deg'; must be at most"),
-        (LEVER, {"permitted": {"shaft_radius": "-1 mm"}}, "study.permitted.shaft_radius: given '-1 mm'; must be a radius"),
-        ((given.FIVE, given.FOLLOWER), {"wheel_radius": "1 m"}, "study.wheel_radius: given '1000 mm'; the cam is too hollow"),
-        pytest.param((given.FIVE, given.FOLLOWER | {"counter": given.COUNTER | {"roller_radius": 0.06}}), {},
-                     "follower.counter.roller_radius: given '60 mm'; the roller would cut the contour away at a cam angle of "
-                     "134.7 deg",
-                     marks=pytest.mark.slow),
+        (LEVER, {"contact": {"inertia": 1.0}}), (LEVER, {"contact": {"mass": 1.0}, "speed": 1.0}),
+        (SLIDES, {"contact": {"inertia": 1.0}, "speed": 1.0}), (LEVER, {"contact": {}, "speed": 1.0}),
+        (LEVER, {"contact": {"inertia": 1, "preload": "3 N"}, "speed": 1}),
+        (LEVER, {"contact": {"inertia": 1, "stiffness": -1}, "speed": 1}),
+        (LEVER, {"permitted": {"pressure_angle": "5 deg"}}), (SLIDES, {"permitted": {"pressure_angle": "5 deg"}}),
+        (LEVER, {"chord_tolerance": 1e-16}), ((given.SMOOTH, given.FOLLOWER | {"roller_radius": 0.2}), {}),
+        pytest.param((given.SMOOTH, given.FOLLOWER | {"roller_radius": 0.2}), {"allow_undercut": True}, marks=pytest.mark.slow),
+        ((given.MODIFIED_SINE, given.FLAT | {"distance": 1e-3}), {}),
+        (LEVER, {"contact": {"inertia": 1, "stiffness": "30 N/m"}, "speed": 1}),
+        (LEVER, {"permitted": {"pressure_angle": "95 deg"}}), (LEVER, {"permitted": {"shaft_radius": "-1 mm"}}),
+        ((given.FIVE, given.FOLLOWER), {"wheel_radius": "1 m"}),
+        pytest.param(
+            (given.FIVE, given.FOLLOWER | {"counter": given.COUNTER | {"roller_radius": 0.06}}), {}, marks=pytest.mark.slow,
+        ),
     ],
 )  # fmt: skip
-def test_what_cannot_be_is_a_sentence(drive: Any, asked: dict[str, Any], says: str) -> None:
-    with pytest.raises(InputError) as raised:
-        answered(*drive, **asked)
-    assert str(raised.value).startswith(says)
+def test_what_cannot_be_is_a_sentence(drive: Any, asked: dict[str, Any]) -> None:
+    check_refusal(f"cam-contour: {asked}, {drive[1]}", lambda: answered(*drive, **asked))
 
 
 def test_where_one_flank_lifts_off_the_other_one_presses(groove: xr.Dataset) -> None:

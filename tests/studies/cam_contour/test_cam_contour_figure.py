@@ -12,8 +12,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from tests.refusals import refused
 
-from wucht.studies.cam_contour.study import CamContour
-from wucht.studies.runner import draw, run
+from wucht import CamContour, draw, run
 
 pytestmark = pytest.mark.usefixtures("coarse_angles")
 

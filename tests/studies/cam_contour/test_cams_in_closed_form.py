@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wucht.studies.cam_contour.study import CamContour
-from wucht.studies.runner import report, run
+from wucht import CamContour, report, run
 
 pytestmark = pytest.mark.usefixtures("coarse_angles")
 

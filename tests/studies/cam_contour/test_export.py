@@ -11,6 +11,7 @@ from tests.refusals import refused
 from typer.testing import CliRunner
 
 import wucht
+from wucht import CamContour, CamPrediction, run, run_file
 from wucht.cams.correction import CorrectedLaw
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.speed import SpeedTable
@@ -18,12 +19,9 @@ from wucht.cams.workshop.cam_files import WorkshopFile
 from wucht.cams.workshop.lists import read_list
 from wucht.cli import app as command_line
 from wucht.numerics.fourier_series import FourierSeries
-from wucht.studies.cam_contour.study import CamContour
-from wucht.studies.cam_prediction.study import CamPrediction
 from wucht.studies.cam_workshop import file_lines
 from wucht.studies.registry import study_of
-from wucht.studies.runner import run
-from wucht.studies.study_file import read_study, run_file
+from wucht.studies.study_file import read_study
 
 UNEVEN = """
 [speed]

@@ -8,12 +8,11 @@ import xarray as xr
 from known_cam import LAW, OMEGA, SHAFT, acceleration
 
 import wucht
+from wucht import CamCorrection, run_file
 from wucht.cams.correction import MotionOverTime, orders, share_above_order
 from wucht.cams.drive import cam_drive_from
 from wucht.numerics.fourier_series import FourierSeries, even_angles
-from wucht.studies.cam_correction.study import CamCorrection
 from wucht.studies.registry import study_of
-from wucht.studies.study_file import run_file
 
 pytestmark = pytest.mark.usefixtures("coarse_angles")
 

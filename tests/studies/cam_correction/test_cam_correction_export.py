@@ -8,13 +8,11 @@ from known_cam import LAW, SHAFT
 from tests.refusals import refused
 
 import wucht
+from wucht import CamContour, CamCorrection, load, run
 from wucht.cams.correction import CorrectedLaw
 from wucht.cams.drive import cam_drive_from
 from wucht.cams.workshop.lists import read_list
 from wucht.cams.workshop.plc import Form, SlaveUnit, read_cam_table
-from wucht.studies.cam_contour.study import CamContour
-from wucht.studies.cam_correction.study import CamCorrection
-from wucht.studies.runner import load, run
 
 pytestmark = pytest.mark.usefixtures("coarse_angles")
 

@@ -10,9 +10,9 @@ from matplotlib.colors import to_hex
 from tests.refusals import refused
 
 import wucht
+from wucht import CamCorrection
 from wucht.cams.drive import cam_drive_from
 from wucht.plots.style import COLOURS
-from wucht.studies.cam_correction.study import CamCorrection
 
 pytestmark = pytest.mark.usefixtures("coarse_angles")
 

@@ -6,13 +6,12 @@ import math
 import numpy as np
 import pytest
 from known_cam import LAW, SHAFT, ZERO, write
-from tests.refusals import refused
+from tests.refusals import check_refusal, refused
 
+from wucht import InputError, run_file
 from wucht.cams.correction import CorrectedLaw, MotionOverTime, orders, share_above_order
 from wucht.cams.shaft_motion import ShaftMotion
-from wucht.errors import InputError
 from wucht.numerics.fourier_series import FourierSeries
-from wucht.studies.study_file import run_file
 
 pytestmark = pytest.mark.usefixtures("coarse_angles")
 
@@ -146,24 +145,21 @@ def test_an_acceleration_that_is_not_that_of_this_cam_is_told(tmp_path):
 
 
 SPOILT = [
-    ({"speed.orders": [2, 900]}, {}, r"order 900 needs more than 1800"),
-    ({}, {"turns": 0.8}, r"speed: the record is shorter than a turn"),
-    ({}, {"heading": "time [s],speed [m],index [V],acceleration [rad/s^2]"}, r"record\.csv: speed: given 'm'"),
-    ({"study.acceleration": {"file": "no.csv", "column": "a"}}, {}, r"no\.csv: there is no such file"),
-    ({"study.acceleration": {"file": "record.csv", "column": "accel"}}, {}, r"there is no such column; did you mean"),
-    ({"study.acceleration": {"file": "record.csv"}}, {}, r"study\.acceleration\.column: this key is missing"),
-    ({"study.acceleration": {"file": "record.csv", "column": "acceleration", "cam": "old"}}, {}, r"\.cam.*'original' or 'corr"),
-    ({"study.acceleration": {"file": "record.csv", "column": "acceleration", "orders": 251}}, {}, r"acceleration\.orders"),
+    ({"speed.orders": [2, 900]}, {}), ({}, {"turns": 0.8}),
+    ({}, {"heading": "time [s],speed [m],index [V],acceleration [rad/s^2]"}),
+    ({"study.acceleration": {"file": "no.csv", "column": "a"}}, {}),
+    ({"study.acceleration": {"file": "record.csv", "column": "accel"}}, {}),
+    ({"study.acceleration": {"file": "record.csv"}}, {}),
+    ({"study.acceleration": {"file": "record.csv", "column": "acceleration", "cam": "old"}}, {}),
+    ({"study.acceleration": {"file": "record.csv", "column": "acceleration", "orders": 251}}, {}),
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("settings", "record", "sentence"), SPOILT)
-def test_records_that_cannot_be_used(tmp_path, settings, record, sentence):
+@pytest.mark.parametrize(("settings", "record"), SPOILT)
+def test_records_that_cannot_be_used(tmp_path, settings, record):
     write(tmp_path / "record.csv", **record)
-    with pytest.raises(InputError, match=sentence) as raised:
-        asked(tmp_path, **settings)
-    assert str(raised.value).startswith(str(tmp_path / "drive.toml"))
-    assert "\n" not in str(raised.value)
+    error = check_refusal(f"cam-correction of a record: {settings} {record}", lambda: asked(tmp_path, **settings))
+    assert str(error).startswith(str(tmp_path / "drive.toml"))
 
 
 @pytest.mark.parametrize("column", ["speed", "acceleration"])
@@ -174,8 +170,7 @@ def test_a_gap(tmp_path, column):
     heading = "time [s],speed [rad/s],index [V],acceleration [rad/s^2]"
     np.savetxt(tmp_path / name, kept, delimiter=",", header=heading, comments="", fmt="%.12g")
     settings = {"study.acceleration": {"file": name, "column": "acceleration"}} if column == "acceleration" else {}
-    with pytest.raises(InputError, match=rf"{name}: {column}: there is a gap of 0.3"):
-        asked(tmp_path, **settings)
+    check_refusal(f"cam-correction of a record: a gap of {column}", lambda: asked(tmp_path, **settings))
 
 
 def test_rows_of_different_length(tmp_path):

@@ -5,14 +5,13 @@ import math
 
 import numpy as np
 import pytest
-from tests.refusals import refused
+from tests.refusals import check_refusal, refused
 
 import wucht
+from wucht import run_file
 from wucht.cams.drive import laws
 from wucht.cams.tables.harmonic_law import HarmonicLawTable
-from wucht.errors import InputError
 from wucht.studies.registry import study_of
-from wucht.studies.study_file import run_file
 
 
 def of_template(tmp_path, **settings):
@@ -136,24 +135,15 @@ def test_the_schema_and_the_file_of_the_result(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("settings", "sentence"),
+    "settings",
     [
-        ({"law.harmonics": 2, "law.restrictions.2.tolerance": 0.0017, "law.objective": "least-peak-acceleration"}, "6 harm"),
-        ({"law.restrictions.1.equals": "24 kg"}, "law.restrictions[0].equals: given '24 kg'"),
-        ({"law.restrictions[0].equals": "24 kg"}, "law.restrictions[0].equals: given '24 kg'"),
-        ({"law.restrictions.7.equals": 1}, "law.restrictions has no '7'"),
-        ({"law.restrictions.1.equals.x": 1}, "law.restrictions.1.equals"),
-        ({"gear.ratio": 2}, "gear.ratio: given 2; unknown table"),
-        ({"law": 2}, "law: given 2; unknown table"),
-        ({"study.points": 3}, "study.points: given 3; must be a whole number from 16 to 1e+06"),
-        ({"speed.mean": "0 rpm"}, "speed.mean: given '0 rpm'; must be a mean speed greater than 0 rad/s"),
+        {"law.harmonics": 2, "law.restrictions.2.tolerance": 0.0017, "law.objective": "least-peak-acceleration"},
+        {"law.restrictions.1.equals": "24 kg"}, {"law.restrictions[0].equals": "24 kg"}, {"law.restrictions.7.equals": 1},
+        {"law.restrictions.1.equals.x": 1}, {"gear.ratio": 2}, {"law": 2}, {"study.points": 3}, {"speed.mean": "0 rpm"},
     ],
 )  # fmt: skip
-def test_bad_input_is_a_sentence_with_the_file(tmp_path, settings, sentence):
-    with pytest.raises(InputError) as raised:
-        of_template(tmp_path, **settings)
-    assert sentence in str(raised.value)
-    assert "law.toml: " in str(raised.value)
+def test_bad_input_is_a_sentence_with_the_file(tmp_path, settings):
+    check_refusal(f"cam-law: {settings}", lambda: of_template(tmp_path, **settings))
 
 
 def test_tables_of_a_machine_and_of_a_cam_do_not_mix(tmp_path):

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 import wucht as package
+from wucht import run_file
 from wucht.cams.confirmation import confirmation
 from wucht.cams.laws import Law
 from wucht.cams.prediction import CamShaft
@@ -25,7 +26,6 @@ from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cli.progress import Forecast
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.results.output_folder import load_result
-from wucht.studies.study_file import run_file
 
 Command = Callable[..., Any]
 Array = NDArray[np.float64]

@@ -13,12 +13,11 @@ from matplotlib.container import BarContainer
 from scipy.integrate import solve_ivp
 
 from known_borders import DAMPING, MASS, SPEED, STIFFNESS, asked, machine, rail, share_above_border
+from wucht import CaptureProbability, draw, load, report
+from wucht import run as ask
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.run_up import run_to_end
 from wucht.dynamics.verdicts.outcomes import Outcome
-from wucht.studies.capture_probability.study import CaptureProbability
-from wucht.studies.runner import draw, load, report
-from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study
 
 ANGLE = {"drum": {"speed": SPEED["drum"]["speed"], "angle": {"uniform": [0.0, 6.0]}}}

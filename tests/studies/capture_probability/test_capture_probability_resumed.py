@@ -8,8 +8,7 @@ import pytest
 
 from interrupting import assert_same, stop_at, stopped_at_once, stopped_often
 from known_borders import KEYS, SPEED, machine
-from wucht.studies.capture_probability.study import CaptureProbability
-from wucht.studies.runner import draw, report, run
+from wucht import CaptureProbability, draw, report, run
 
 RANDOM = {"drum": SPEED["drum"] | {"angle": {"uniform": [0.0, 6.0]}}}
 QUESTION = CaptureProbability(

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 from tests.refusals import Refusal, refused
 
-from wucht.files.catalogue import load_machine
-from wucht.studies.coast_down import CoastDown
-from wucht.studies.runner import draw, report, run
+from wucht import CoastDown, draw, load_machine, report, run
 
 R1 = "drozdetskaya-2020/r1"
 

@@ -16,14 +16,9 @@ from scipy.integrate import solve_ivp
 from tests.refusals import Refusal, refused
 
 from interrupting import stop_at
+from wucht import CoastDown, Machine, RunUp, draw, load_machine, report, run
 from wucht.analysis.vibration import ForcedVibration
-from wucht.dynamics.run_ups import coasting as recording
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
-from wucht.machines.machine import Machine
-from wucht.studies.coast_down import CoastDown
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import draw, report, run
 from wucht.studies.study_file import read_study
 
 J, LOSS = 0.02, 0.004  # kg m^2, N m s
@@ -134,16 +129,16 @@ def test_long_runs_keep_few_rows() -> None:
     assert result.wucht.summary["half_time"] == pytest.approx(J / LOSS * math.log(2), rel=1e-6)
 
 
-def test_of_rows_that_become_one_the_extremes_stay(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_of_rows_that_become_one_the_extremes_stay() -> None:
     """A heavy disc is faster below than above in each turn: however few rows are kept, each bounds all of its time."""
-    asked = CoastDown(until=8.0, start={"disc": {"speed": 60.0}})
-    every = run(asked, heavy_disc())
-    monkeypatch.setattr(recording, "MOST_ROWS", 40)
-    few = run(asked, heavy_disc())
-    assert few.sizes["time"] < every.sizes["time"] / 1.5
-    row = np.searchsorted(few.time.values, every.time.values - 1e-9)
-    assert (few.min_speed.values[row] <= every.min_speed.values + 1e-12).all()
-    assert (few.max_speed.values[row] >= every.max_speed.values - 1e-12).all()
+    every, few = (run(CoastDown(until=until, start={"disc": {"speed": 8e3}}), heavy_disc()) for until in (1.0, 8.0))
+    time, of_few = every.time.values, few.time.values
+    assert (of_few < 1.0).sum() < len(time) / 1.5
+    row = np.searchsorted(of_few, time[1:] - 1e-9)
+    is_within = of_few[row - 1] <= time[:-1] + 1e-9
+    row, least, greatest = row[is_within], every.min_speed.values[1:][is_within], every.max_speed.values[1:][is_within]
+    assert (few.min_speed.values[row] <= least + 1e-6).all()
+    assert (few.max_speed.values[row] >= greatest - 1e-6).all()
 
 
 def test_coulomb_friction_stops_it() -> None:

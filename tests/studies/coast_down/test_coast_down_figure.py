@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wucht.files.catalogue import load_machine
-from wucht.studies.coast_down import CoastDown
-from wucht.studies.runner import draw, run
+from wucht import CoastDown, draw, load_machine, run
 
 FIGURE_7 = "sperling-vibration/figure-7"
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from wucht import CoastDown, run
 from wucht.files.building import machine_from
-from wucht.studies.coast_down import CoastDown
-from wucht.studies.runner import run
 
 UNBALANCE, INERTIA, LOSS, FAN, GRAVITY = 0.03, 0.07, 3e-3, 5e-4, 9.81
 WHEEL = {

@@ -11,11 +11,10 @@ import xarray as xr
 from pydantic import Field
 
 import wucht
+from wucht import InputError
 from wucht.dynamics.work import Work
-from wucht.errors import InputError
+from wucht.extending import Answer, Study
 from wucht.schema import Parameter, si
-from wucht.studies.answer import Answer
-from wucht.studies.study import Study
 from wucht.studies.subjects import Description
 
 KEYS = {"drive.slope": ("slope", "N m s"), "p1.mass": ("mass", "kg"), "b.count": ("number", ""), "b.turns": ("turns", "")}

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 from tests import refusals
+from tests.refusals import check_refusal
 
 import figure_checks
 import wucht as package
-from wucht.errors import InputError
-from wucht.plots.page import JOURNAL, PRINT
+from wucht import JOURNAL, PRINT
 from wucht.results.formatting import printed_unit
 from wucht.studies.registry import studies
 from wucht.studies.study_file import read_comparison
@@ -25,24 +25,18 @@ SHORT = {"study.until": "0.02 s"}
 SLOPES, SLOPE = ["0.03 N m s", "0.05 N m s"], "slope of the torque-speed curve, drive"
 
 
-REFUSED = {
-    "a date": ({}, {"drive.slope": [date(1979, 5, 27), 0.03]}, r"study\.vary\.drive\.slope\[0\]: given 1979-05-27; .* a date"),
-    "a time of day": (
-        {},
-        {"study.start.p1": [0.1, [time(12)]]},
-        r"study\.vary\.study\.start\.p1\[1\]: given 12:00:00; .* a date",
-    ),
-    "a table of nothing": ({"bogus": {}}, {"drive.slope": [0.03, 0.04]}, r"machine\.set\.bogus: given {}; unknown parameter"),
-    "far too many": ({}, {"drive.slope": [0.03] * 3000, "p1.mass": [0.1] * 3000}, r"study\.vary: .*; these are 9000000$"),
+REFUSED: dict[str, tuple[dict[str, Any], dict[str, list[Any]]]] = {
+    "a date": ({}, {"drive.slope": [date(1979, 5, 27), 0.03]}),
+    "a time of day": ({}, {"study.start.p1": [0.1, [time(12)]]}),
+    "a table of nothing": ({"bogus": {}}, {"drive.slope": [0.03, 0.04]}),
+    "far too many": ({}, {"drive.slope": [0.03] * 3000, "p1.mass": [0.1] * 3000}),
 }
 
 
-@pytest.mark.parametrize(("set_", "vary", "says"), REFUSED.values(), ids=REFUSED.keys())
-def test_what_cannot_be_varied_is_refused_at_once(
-    study: Study, set_: dict[str, Any], vary: dict[str, list[Any]], says: str
-) -> None:
-    with pytest.raises(InputError, match=says):
-        read_comparison([str(study())], set_, vary)
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_cannot_be_varied_is_refused_at_once(study: Study, name: str) -> None:
+    set_, vary = REFUSED[name]
+    check_refusal(f"comparison: {name}", lambda: read_comparison([str(study())], set_, vary))
 
 
 def test_a_file_whose_name_is_no_text(here: Path) -> None:

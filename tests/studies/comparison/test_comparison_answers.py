@@ -14,8 +14,8 @@ from tests.refusals import refused
 from tests.studies.comparison.recital import Reciter, compare, nothing, recited
 
 import wucht
-from wucht.errors import InputError, RunError
-from wucht.studies.answer import Answer
+from wucht import RunError
+from wucht.extending import Answer
 from wucht.studies.resource_limits import machine_memory
 
 NAN = math.nan
@@ -324,7 +324,7 @@ def test_a_comparison_names_no_machine(here: Any, wucht: Any) -> None:
 def test_what_is_compared_is_named_by_files() -> None:
     with refused("study.of", given="drum"):
         wucht.run(wucht.Comparison(of=("a.toml", "b.toml")), "drum")
-    with pytest.raises(InputError, match=r"study\.set: given 3; must be a table: set = \{ PATH = VALUE, \.\.\. \}"):
+    with refused("study.set", given=3):
         wucht.Comparison.from_table({"kind": "comparison", "of": ["a.toml", "b.toml"], "set": 3})
 
 

@@ -9,9 +9,9 @@ import pytest
 from tests.studies.comparison.recital import Reciter, Say, compare, nothing, speed
 
 import wucht
-from wucht.errors import RunError
+from wucht import RunError
+from wucht.extending import Answer
 from wucht.plots.style import GREY, line_style
-from wucht.studies.answer import Answer
 
 pytestmark = pytest.mark.usefixtures("recital")
 SLOPE, MASS = "drive.slope", "p1.mass"

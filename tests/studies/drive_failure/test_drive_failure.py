@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from tests.refusals import check_file, check_refusal
 
 from interrupting import stop_at
+from wucht import DriveFailure, Machine, RunUp, draw, load_machine, report, run, run_file
 from wucht.analysis.configurations.configuration import RunningConfigurations
 from wucht.dynamics.run_ups.coasting import without_drives
 from wucht.dynamics.run_ups.drive_losses import machine_without_supply, mean_torques
 from wucht.dynamics.run_ups.operating_state import machine_in_operation, operating_states, transfer_state
-from wucht.files.catalogue import load_machine
-from wucht.machines.machine import Machine
 from wucht.machines.parts import drives
 from wucht.machines.schedules import schedules_of
-from wucht.studies.drive_failure import DriveFailure
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import draw, report, run
+from wucht.studies.registry import study_of
 
 SCREEN = "practice/screen"
 
@@ -331,29 +328,19 @@ def test_the_time_in_which_nothing_happens_is_not_drawn(failures: Any, where: in
     assert axes[0].get_xlim() == (pytest.approx(-0.15 * right), pytest.approx(right))
 
 
-BAD = {
-    "time": ("time=0", "study.time", "greater than 0"),
-    "unit of time": ("time=1 kg", "study.time", "a mass"),
-    "until": ("until=-1", "study.until", "greater than 0"),
-    "begin": ("begin=running", "study.begin", "'operation' or 'rest'"),
-    "tolerance": ("tolerance=1", "study.tolerance", "between"),
-    "engine": ("engine=radaw", "study.engine", "'radau'"),
-    "key": ("turns=3", "study.turns", "unknown key"),
-    "start": ("start=3", "study.start", "must be a table"),
-    "body": ("start.e3=1", "study.start.e3", "did you mean"),
-}
+BAD: list[tuple[str, object]] = [
+    ("time", 0), ("time", "1 kg"), ("until", -1), ("begin", "running"), ("tolerance", 1), ("engine", "radaw"), ("turns", 3),
+    ("start", 3), ("start.e3", 1),
+]  # fmt: skip
 
 
-@pytest.mark.parametrize("name", BAD)
-def test_bad_input(refused: Callable[..., str], wucht: Callable[..., Any], here: Path, name: str) -> None:
-    setting, key, says = BAD[name]
-    assert wucht("new", "drive-failure", "my.toml").code == 0
-    refused("run", "my.toml", "-o", "out", "--set", f"study.{setting}", says=("my.toml: ", key, says))
+@pytest.mark.parametrize(("key", "value"), BAD)
+def test_bad_input(here: Path, key: str, value: object) -> None:
+    check_file("drive-failure", str(study_of("drive-failure").template), {}, {f"study.{key}": value})
 
 
-def test_one_drive_alone(refused: Callable[..., str], here: Path) -> None:
-    says = ("machine.drives", "at least two rotors", "coast-down")
-    refused("run", "drozdetskaya-2020/r1", "-o", "out", "--set", "study.kind=drive-failure", says=says)
+def test_one_drive_alone() -> None:
+    check_refusal("drive-failure of r1", lambda: run_file("drozdetskaya-2020/r1", {"study.kind": "drive-failure"}))
 
 
 SHAKER = """
@@ -387,18 +374,14 @@ kind = "drive-failure"
 """
 LINEAR = 'kind = "linear"\nslope = 0.1\nno_load_speed = 101'
 REFUSALS = {
-    "an enforced speed": ("", 'kind = "constant-speed"\nspeed = 100', "machine.drives.b.kind", "with a torque"),
-    "a shaken carrier": (
-        'motion = { direction = "x", amplitude = "1 mm", frequency = "90 rad/s" }', LINEAR, "machine.carrier.motion",
-        "start anew",
-    ),
-    "no configuration": ("", LINEAR.replace("101", "180"), "study.begin", "study.begin = 'rest'"),
-}  # fmt: skip
+    "an enforced speed": ("", 'kind = "constant-speed"\nspeed = 100'),
+    "a shaken carrier": ('motion = { direction = "x", amplitude = "1 mm", frequency = "90 rad/s" }', LINEAR),
+    "no configuration": ("", LINEAR.replace("101", "180")),
+}
 
 
 @pytest.mark.parametrize("name", REFUSALS)
-def test_machines_without_an_answer(refused: Callable[..., str], here: Path, name: str) -> None:
-    motion, drive, key, says = REFUSALS[name]
+def test_machines_without_an_answer(here: Path, name: str) -> None:
+    motion, drive = REFUSALS[name]
     text = SHAKER.replace("MOTION", motion).replace("DRIVE", drive)
-    Path("my.toml").write_text(text)
-    refused("run", "my.toml", "-o", "out", "--set", "study.begin=operation", says=("my.toml: ", key, says))
+    check_file(f"drive-failure, {name}", text, {}, {"study.begin": "operation"})

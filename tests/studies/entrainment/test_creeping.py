@@ -11,15 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht import Entrainment, Machine, run
 from wucht.dynamics.entrainment.runs_from_start import RunsFromStart
 from wucht.dynamics.verdicts.locking import LockingAssessment, assess_locking
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import MotionObserver
 from wucht.files.building import machine_from
-from wucht.machines.machine import Machine
 from wucht.numerics.observers.turns import Samples
-from wucht.studies.entrainment.study import Entrainment
-from wucht.studies.runner import run
 
 ROTOR = {"kind": "rotor", "mass": 0.1, "eccentricity": 0.01, "inertia": 2e-5}
 START = {"e1": {"speed": 12.0}, "e2": {"angle": 0.5, "speed": 12.0}}

@@ -12,9 +12,7 @@ import pytest
 import xarray as xr
 from matplotlib.axes import Axes
 
-from wucht.files.catalogue import load_machine
-from wucht.studies.entrainment.study import Entrainment
-from wucht.studies.runner import draw, run
+from wucht import Entrainment, draw, load_machine, run
 
 
 def answered(name: str, **table: Any) -> xr.Dataset:

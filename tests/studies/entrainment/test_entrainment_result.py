@@ -10,11 +10,9 @@ import pytest
 import xarray as xr
 from tests.refusals import refused
 
+from wucht import Entrainment, load_machine, report, run
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
 from wucht.results.formatting import band_in_words
-from wucht.studies.entrainment.study import Entrainment
-from wucht.studies.runner import report, run
 
 FREQUENCY = 2 * math.pi
 ROTOR = {"kind": "rotor", "mass": 0.1, "eccentricity": 0.01, "inertia": 2e-5}

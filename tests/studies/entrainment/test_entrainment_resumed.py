@@ -1,196 +1,97 @@
-"""The study ``entrainment`` stopped and resumed: what it keeps, to the last bit, and that no run is made again."""
+"""Units of work of ``entrainment``: a study that is stopped and resumed ends as one that was not, and no run is made again."""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
+from typing import Any
 
-import numpy as np
 import pytest
 import xarray as xr
+from tests.refusals import refused
 
-from wucht.dynamics.entrainment.existence import Continuation
-from wucht.dynamics.entrainment.locked_motions import LockedMotions
-from wucht.dynamics.entrainment.runs_from_start import RunsFromStart
-from wucht.errors import InputError
-from wucht.files.catalogue import load_machine
-from wucht.machines.machine import Machine
-from wucht.results import output_folder
-from wucht.results.output_folder import load_result
-from wucht.studies import runner
-from wucht.studies.entrainment.study import Entrainment
-from wucht.studies.runner import run
+from interrupting import assert_same, stop_at
+from wucht import Entrainment, Machine, load, load_machine, report, run
 
-WORK = {"runs": (RunsFromStart, "__call__"), "branches": (Continuation, "follow_branch"), "motions": (LockedMotions, "motion")}
+QUESTION: dict[str, Any] = {"points": 6, "resolution": 0.5}
+MACHINE = load_machine("sperling-vibration/figure-2a")
+RUN = "drive.no_load_speed"
 
 
-def bild_2() -> Machine:
-    return load_machine("sperling-vibration/figure-2a")
+def listening(words: list[str], stop: Callable[[float, str], None] = lambda *_: None) -> Callable[[float, str], None]:
+    """A progress report that keeps what is worked at: a run is named by its value."""
+
+    def note(share: float, what: str) -> None:
+        words.append(what)
+        stop(share, what)
+
+    return note
 
 
-@pytest.fixture
-def made(monkeypatch: pytest.MonkeyPatch) -> Iterator[Counter[str]]:
-    """How many runs, branches and locked motions have been computed to their end."""
-    count: Counter[str] = Counter()
-
-    def counted(name: str, genuine: Callable[..., object]) -> Callable[..., object]:
-        def call(*values: object) -> object:
-            computed = genuine(*values)
-            count[name] += 1
-            return computed
-
-        return call
-
-    for name, (owner, method) in WORK.items():
-        monkeypatch.setattr(owner, method, counted(name, getattr(owner, method)))
-    yield count
+@cache
+def whole() -> tuple[xr.Dataset, list[str]]:
+    """The result that is not interrupted, and what was worked at."""
+    words: list[str] = []
+    return run(Entrainment.from_table(QUESTION), MACHINE, progress=listening(words)), words
 
 
-def stop(made: Counter[str], name: str, after: int) -> Callable[[float, str], None]:
-    """Ctrl-C at the first report after so many of them."""
-
-    def report(_share: float, _what: str) -> None:
-        if made[name] >= after:
-            raise KeyboardInterrupt
-
-    return report
-
-
-WHOLE: dict[str, tuple[xr.Dataset, dict[str, int]]] = {}
-
-
-def uninterrupted(question: Entrainment, file: str, made: Counter[str]) -> tuple[xr.Dataset, dict[str, int]]:
-    """The result of a machine of the catalogue, and how much had to be computed."""
-    if file not in WHOLE:
-        WHOLE[file] = run(question, load_machine(file)), dict(made)
-        made.clear()
-    return WHOLE[file]
-
-
-def same(one: xr.Dataset, other: xr.Dataset) -> bool:
-    """To the last bit, with the answer."""
-    alike = [np.array_equal(one[n].values, other[n].values, equal_nan=one[n].dtype.kind == "f") for n in one.variables]
-    attributes = [one.attrs[k] == other.attrs[k] for k in ("summary", "sentence", "warnings", "finished")]
-    return set(one.variables) == set(other.variables) and all(alike) and all(attributes)
-
-
-def test_a_study_that_is_interrupted_keeps_what_it_has(made: Counter[str]) -> None:
-    result = run(Entrainment.from_table({"points": 9}), bild_2(), progress=stop(made, "runs", 4))
-    assert result.attrs["finished"] == 0
-    assert result.sizes["run"] == 3  # the machine's own value is not yet reached by the scan
-    s = result.wucht.summary
-    assert s["sentence"].endswith("the study was interrupted before its band was determined")
-    assert "3 runs from the start are finished, but the search is not" in result.attrs["warnings"]
-    assert "only a run with a folder can be resumed" in result.attrs["warnings"]
-    assert s["existence_band"] is not None
-    assert s["band_from_rest"] is None
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
-    "file",
-    [
-        "sperling-vibration/figure-2a",
-        pytest.param("sperling-vibration/self-synchronisation-soft-unequal", marks=pytest.mark.slow),
-    ],
+    ("call", "during"),
+    [(12, RUN), pytest.param(100, RUN, marks=pytest.mark.slow), (300, RUN), (3, "averaged equations"), (8, "locked motions")],
 )
-@pytest.mark.parametrize(
-    ("name", "after"),
-    [
-        pytest.param("runs", 1, marks=pytest.mark.slow),
-        pytest.param("branches", 1, marks=pytest.mark.slow),
-        pytest.param("runs", 6, marks=pytest.mark.slow),
-        ("runs", 20),
-        ("motions", 3),
-    ],
-    ids=str,
-)
-def test_resumed_it_is_the_uninterrupted_one(file: str, name: str, after: int, tmp_path: Path, made: Counter[str]) -> None:
-    """From the folder, with all the runs, branches and locked motions that were made."""
-    machine, question = load_machine(file), Entrainment.from_table({"points": 6, "resolution": 0.2})
-    whole, needed = uninterrupted(question, file, made)
-    broken = run(question, machine, folder=tmp_path / "broken", progress=stop(made, name, after))
-    assert broken.attrs["finished"] == 0
-    assert load_result(tmp_path / "broken" / "result.partial.nc").attrs["finished"] == 0
-    first = dict(made)
-    assert first[name] == after
-    again = run(question, machine, folder=tmp_path / "broken", resume=True)
-    assert dict(made) == needed, "no more than without the interruption: what was done is not done again"
-    assert same(again, whole)
+def test_resumed_it_is_the_uninterrupted_one(call: int, during: str, tmp_path: Path) -> None:
+    """What was done is not done again: of the runs, only the one in which it was stopped."""
+    question, before, after = Entrainment.from_table(QUESTION), list[str](), list[str]()
+    broken = run(question, MACHINE, folder=tmp_path, progress=listening(before, stop_at(call, during)))
+    assert broken.attrs["finished"] == load(tmp_path / "result.partial.nc").attrs["finished"] == 0
+    again = run(question, MACHINE, folder=tmp_path, resume=True, progress=listening(after))
     assert again.attrs["finished"] == 1
-    made.clear()
-    assert same(run(question, machine, folder=tmp_path / "broken", resume=True), whole)
-    assert not made, "of a finished study nothing is left to do"
+    result, words = whole()
+    assert_same(again, result)
+    runs = [{what for what in told if what.startswith(RUN)} for told in (before, after, words)]
+    assert runs[0] | runs[1] == runs[2] and runs[0] & runs[1] == {before[-1]} & runs[2]
+    finished: list[str] = []
+    assert_same(run(question, MACHINE, folder=tmp_path, resume=True, progress=listening(finished)), result)
+    assert not any(what.startswith(RUN) for what in finished), "of a finished study nothing is left to do"
 
 
-@pytest.mark.slow
-def test_interrupted_again_and_again(tmp_path: Path, made: Counter[str]) -> None:
-    question = Entrainment.from_table({"points": 6, "resolution": 0.2})
-    whole, needed = uninterrupted(question, "sperling-vibration/figure-2a", made)
-    for after in range(1, 60, 9):
-        result = run(question, bild_2(), folder=tmp_path, resume=True, progress=stop(made, "runs", after))
-        if result.attrs["finished"]:
-            break
-    assert after > 10
-    result = run(question, bild_2(), folder=tmp_path, resume=True)
-    assert same(result, whole)
-    assert dict(made) == needed
+def test_a_study_that_is_interrupted_keeps_what_it_has() -> None:
+    """The machine's own value is not yet reached by the scan."""
+    words: list[str] = []
+    result = run(Entrainment.from_table({"points": 9}), MACHINE, progress=listening(words, stop_at(34, RUN)))
+    finished = len({what for what in words if what.startswith(RUN)}) - 1
+    s = result.wucht.summary
+    assert (result.attrs["finished"], result.sizes["run"], s["band_from_rest"]) == (0, finished - 1, None)
+    assert s["existence_band"] is not None and "interrupted" in s["sentence"]
+    assert "only a run with a folder can be resumed" in result.attrs["warnings"]
 
 
-@pytest.mark.slow
-def test_only_the_same_question_is_resumed(tmp_path: Path, made: Counter[str]) -> None:
-    machine = bild_2()
-    run(Entrainment.from_table({"points": 5, "resolution": 0.5}), machine, folder=tmp_path, progress=stop(made, "runs", 3))
-    others: list[tuple[Machine, dict[str, object], str]] = [
-        (machine, {"resolution": 0.4}, "study.resolution was 0.5, now 0.4"),
-        (machine, {"points": 6}, "study.points was 5, now 6"),
-        (machine, {"range": [4.0, 7.0]}, r"study.range was not given, now \[4.0, 7.0\]"),
-        (machine, {"until": 100.0}, "study.until was not given, now 100.0"),
-        (machine.with_values({"rotor.inertia": 1.0}), {}, "rotor.inertia was 1e-05, now 1.0"),
+def test_only_the_same_question_is_resumed(tmp_path: Path) -> None:
+    run(Entrainment.from_table(QUESTION), MACHINE, folder=tmp_path, progress=stop_at(30))
+    others: list[tuple[Machine, dict[str, object], tuple[str, ...]]] = [
+        (MACHINE, {"resolution": 0.4}, ("study.resolution", "0.5", "0.4")),
+        (MACHINE, {"points": 5}, ("study.points", "6", "5")),
+        (MACHINE, {"range": [4.0, 7.0]}, ("study.range", "4.0", "7.0")),
+        (MACHINE, {"until": 100.0}, ("study.until", "100.0")),
+        (MACHINE.with_values({"rotor.inertia": 1.0}), {}, ("rotor.inertia", "1e-05", "1.0")),
     ]
-    for other, keys, difference in others:
-        question = Entrainment.from_table({"points": 5, "resolution": 0.5} | keys)
-        with pytest.raises(InputError, match=f"--resume: the result in .* answers another question: {difference}"):
-            run(question, other, folder=tmp_path, resume=True)
-    done = made["runs"]
-    finished = run(Entrainment.from_table({"points": 5, "resolution": 0.5}), machine, folder=tmp_path, resume=True)
-    assert finished.attrs["finished"] == 1
-    assert made["runs"] > done
+    for other, keys, named in others:
+        with refused("--resume", *named, code="other-question"):
+            run(Entrainment.from_table(QUESTION | keys), other, folder=tmp_path, resume=True)
 
 
 def test_it_can_be_stopped_within_a_run() -> None:
-    reports = 0
-
-    def report(share: float, _what: str) -> None:
-        nonlocal reports
-        reports += 1
-        if reports == 3:  # the first step is done after the machine's own run, of many legs
-            assert share == 0
-            raise KeyboardInterrupt
-
-    result = run(Entrainment.from_table({"until": 3000.0}), bild_2(), progress=report)
+    """The first step is done after the machine's own run, of many legs."""
+    result = run(Entrainment.from_table({"until": 3000.0}), MACHINE, progress=stop_at(3))
     assert result.attrs["finished"] == 0
     assert result.wucht.summary["outcome"] == "unidentified" and result.sizes["run"] == 0
-    assert [line.split()[0] for line in runner.report(result)[2:4]] == ["parameter", "assumed"]
+    assert [line.split()[0] for line in report(result)[2:4]] == ["parameter", "assumed"]
 
 
-def test_progress_rises_to_its_end_and_results_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(runner, "_SAVE_EVERY_S", 0.0)
-    reports, saved, genuine = [], [], runner.save
-
-    def save(result: xr.Dataset, path: Path) -> None:
-        saved.append(result)
-        genuine(result, path)
-
-    monkeypatch.setattr(runner, "save", save)
-    monkeypatch.setattr(output_folder, "save", save)
-    question = Entrainment.from_table({"points": 5, "resolution": 0.5})
-    run(question, bild_2(), folder=tmp_path, progress=lambda share, what: reports.append((share, what)))
+def test_progress_rises_to_its_end() -> None:
+    reports: list[tuple[float, str]] = []
+    run(Entrainment.from_table({"points": 5, "resolution": 0.5}), MACHINE, progress=lambda *one: reports.append(one))
     shares = [share for share, _ in reports]
-    assert shares == sorted(shares)
-    assert shares[-1] == 1.0
-    assert {what for _, what in reports} >= {"averaged equations", "locked motions", "drive.no_load_speed = 5.5"}
-    assert len(saved) > 1
-    assert {"run_value", "phase"} <= set(saved[-1])
-    assert all(k.attrs["finished"] == 0 for k in saved[:-1])
+    assert shares == sorted(shares) and shares[-1] == 1.0
+    assert {what for _, what in reports} >= {"averaged equations", "locked motions", f"{RUN} = 5.5"}

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import wucht
+from wucht import run_file
 from wucht.dynamics.exciters.slow_beats import Rig
 from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.fatigue.cumulative_spectra import amplitude_distance
-from wucht.studies.study_file import run_file
 
 Command = Callable[..., Any]
 KNOWN = {"drive.slope": 9e-4, "p1.mass": 1.2}

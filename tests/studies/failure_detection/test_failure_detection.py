@@ -8,8 +8,8 @@ from test_failing_machine import LINE, SENSOR, START, WHOLE, exciter, failed
 
 import wucht
 from interrupting import assert_same, stop_at
+from wucht import draw, report
 from wucht.measurements.cusum import Cusum
-from wucht.studies.runner import draw, report
 from wucht.studies.study_file import read_study
 
 EXAMPLE = "drozdetskaya-2020/failure-of-the-specimen"

@@ -14,8 +14,8 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.io import wavfile
 
 import wucht
+from wucht import draw, report
 from wucht.fatigue.counting import rainflow
-from wucht.studies.runner import draw, report
 from wucht.studies.study_file import read_study
 
 HISTORY = np.array([-2, 1, -3, 5, -1, 3, -4, 4, -2], dtype=float)

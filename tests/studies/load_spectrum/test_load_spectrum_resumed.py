@@ -4,7 +4,7 @@ import numpy as np
 from tests.refusals import refused
 
 import wucht
-from wucht.studies.load_spectrum.load_records import Records
+from wucht import Records
 
 SPEC = {"until": 10.0, "after": 1.0, "start": {"p1": 0.3, "p2": -0.5}}
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from wucht import OptimiseBalancer, SynchronousStates
+from wucht import OptimiseBalancer, SynchronousStates, load_machine
+from wucht import run as ask
 from wucht.dynamics.balancers.candidates import evaluate_candidates
 from wucht.dynamics.balancers.damping_optimum import compensated_state, damping_curve, decay_rate, decay_rates
 from wucht.dynamics.work import Work
-from wucht.studies.runner import run as ask
-from wucht.studies.study_file import read_study
 
-MACHINE = read_study("sperling-rollers/figure-9").subject
+MACHINE = load_machine("sperling-rollers/figure-9")
 RANGE = [5e-6, 5e-4]
 
 

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 import xarray as xr
-from known_fronts import CAUGHT, OPEN, OWN, Candidate, End, ask_known, x_of
 from matplotlib.axes import Axes
+from searches import searched
 
-from wucht.dynamics.balancers.damping_optimum import DecayRates
-from wucht.studies.runner import draw
+from wucht import draw
 
-Patch = pytest.MonkeyPatch
 COLUMNS = {"s": (0, 1.0), "g·mm": (1, 1e6), "mm": (2, 1e3), "%": (3, 100.0)}
 
 
@@ -32,104 +28,50 @@ def in_print(axes: Axes, objectives: np.ndarray) -> np.ndarray:
     return np.stack([factor * np.atleast_2d(objectives)[:, column] for column, factor in pairs], axis=1)
 
 
-def later(candidate: Candidate) -> End:
-    """Two parabolas, by the check with other settling times."""
-    return End(candidate.x**2 + (10.0 if candidate.is_full else 0.0), (candidate.x - 2) ** 2)
+@pytest.mark.parametrize("name", ["kept", "averaged"])
+def test_each_pair_of_objectives_that_vary_has_a_panel_with_all_points(name: str) -> None:
+    """The residual unbalance is zero throughout. Limits are about the front and the machine as it is, with its bar."""
+    result = searched(name)
+    axes_of_pairs = panels(result)
+    assert len(axes_of_pairs) == 3
+    front, checked, own = result.front_objective.values, result.front_checked.values, result.own_checked.values
+    for axes in axes_of_pairs:
+        assert "unbalance" not in axes.get_xlabel() + axes.get_ylabel()
+        drawn = lines_of(axes)
+        for label, values in (("by the search", front), ("checked", checked)):
+            (line,) = [xy for name, xy in drawn.items() if name.endswith(label)]
+            assert line == pytest.approx(in_print(axes, values), rel=1e-12)
+        assert drawn["candidates"] == pytest.approx(in_print(axes, result.tried_objective.values), nan_ok=True)
+        assert drawn["machine as it is"] == pytest.approx(in_print(axes, own))
+        least = own - [0.0, 0.0, 0.0, result.wucht.summary["as_it_is"]["checked_undecided"]]
+        points = in_print(axes, np.concatenate([front, checked, own[None], least[None]]))
+        low, high = points.min(axis=0), points.max(axis=0)
+        limits = np.array([axes.get_xlim(), axes.get_ylim()]).T
+        assert limits == pytest.approx(np.array([low - 0.08 * (high - low), high + 0.16 * (high - low)]))
 
 
-def test_points_of_several_numbers_of_bodies_are_all_drawn_apart(monkeypatch: Patch) -> None:
-    """Points with two and with three bodies; of the third number that was tried none is on the front."""
-    result = ask_known(
-        monkeypatch, later, objectives=["peak", "settling-time"], population=20, evaluations=60, points=5, model="slow"
-    )
-    counts = np.resize([3, 2], result.sizes["point"])
-    result.front_bodies.values[:] = counts
-    result = result.assign_attrs(summary=json.dumps(result.wucht.summary | {"numbers_of_bodies": [2, 3, 4]}))
-    (axes,) = panels(result)
-    drawn = lines_of(axes)
-    for what, values in (("by the search", result.front_objective.values), ("checked", result.front_checked.values)):
-        for count in (2, 3):
-            assert drawn[f"front, {count} bodies: {what}"] == pytest.approx(in_print(axes, values[counts == count]), rel=1e-12)
-    marks = {line.get_marker() for line in axes.lines if str(line.get_label()).endswith(" bodies: checked")}
-    assert len(marks) == 2 and not any("4 bodies" in label for label in drawn)
-    assert drawn["candidates"] == pytest.approx(in_print(axes, result.tried_objective.values))
-    assert drawn["machine as it is"] == pytest.approx(in_print(axes, result.own_checked.values))
-    assert drawn["recommended"] == pytest.approx(
-        in_print(axes, result.front_checked.values[result.wucht.summary["recommended"]["point"]])
-    )
+def test_runs_without_a_verdict_are_a_bar_along_the_capture_probability() -> None:
+    result = searched("kept")
+    (axes, *_) = [axes for axes in panels(result) if axes.get_ylabel() == "capture probability (%)"]
+    own, undecided = in_print(axes, result.own_checked.values)[0], result.wucht.summary["as_it_is"]["checked_undecided"]
+    bars = [np.asarray(line.get_xydata(), float) for line in axes.lines if len(np.atleast_1d(line.get_xdata())) == 2]
+    assert any(bar == pytest.approx(np.array([own - [0.0, 100 * undecided], own])) for bar in bars)
 
 
-def test_objectives_that_do_not_vary_have_no_panel(monkeypatch: Patch) -> None:
-    """Two are left of four. An objective that differs by rounding does not vary; that of the machine as it is counts."""
-    result = ask_known(monkeypatch, later)
-    (axes,) = panels(result)
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("median settling time (s)", "peak amplitude (mm)")
-    for more, count in ((1e-12, 1), (1e-6, 3)):
-        other = result.copy(deep=True)
-        other.front_objective.values[:, 1], other.front_checked.values[:, 1], other.own_objective.values[1] = 0.02, 0.02, 0.02
-        other.own_checked.values[1] = 0.02 * (1 + more)
-        assert len(panels(other)) == count
-    result.own_checked.values[2] = np.nan
-    (axes,) = panels(result)
-    assert lines_of(axes)["machine as it is"] == pytest.approx(in_print(axes, result.own_objective.values)), "no check, no peak"
-
-
-def test_limits_leave_room_on_both_sides_and_twice_as_much_above(monkeypatch: Patch) -> None:
-    """About the front and the machine as it is, not about distant candidates."""
-    result = ask_known(monkeypatch, later)
-    (axes,) = panels(result)
-    of = np.concatenate([result.front_objective.values, result.front_checked.values, result.own_checked.values[None]])
-    points = in_print(axes, of)
-    low, high = points.min(axis=0), points.max(axis=0)
-    limits = np.array([axes.get_xlim(), axes.get_ylim()]).T
-    assert limits == pytest.approx(np.array([low - 0.08 * (high - low), high + 0.16 * (high - low)]))
-
-
-@pytest.mark.parametrize(("peak", "limits"), [(2e-3, (1.8, 2.4)), (0.0, (-1.0, 2.0))])
-def test_limits_of_points_that_are_all_alike(peak: float, limits: tuple[float, float], monkeypatch: Patch) -> None:
-    (axes,) = panels(ask_known(monkeypatch, lambda _: End(1.0, peak), objectives=["peak"]))
-    assert axes.get_xlim() == pytest.approx(limits) == axes.get_ylim()
-
-
-def test_runs_without_a_verdict_are_a_bar_along_the_capture_probability(monkeypatch: Patch) -> None:
-    def ends(candidate: Candidate) -> list[tuple[float, End]]:
-        is_own = abs(candidate.x - OWN) < 1e-6
-        return [(0.25, OPEN), (0.25 if is_own else 0.125, CAUGHT), (0.5 if is_own else 0.625, later(candidate))]
-
-    result = ask_known(monkeypatch, ends, objectives=["peak", "capture-probability"])
-    (axes,) = panels(result)
-    assert axes.get_ylabel() == "capture probability (%)"
-    own = in_print(axes, result.own_checked.values)[0]
-    bar = np.asarray(axes.lines[-1].get_xydata(), float)
-    assert bar == pytest.approx(np.array([own - [0.0, 25.0], own]))
-    assert own[1] == 50.0
-
-
-def test_the_curve_shows_where_all_pass_and_when_small_deviations_have_decayed(monkeypatch: Patch) -> None:
-    """To a hundredth, at the rate that is stated; none where there is no decay."""
-
-    def ends(candidate: Candidate) -> list[tuple[float, End]] | End:
-        through = End(2 + candidate.x**2)
-        return [(0.25, CAUGHT), (0.75, through)] if candidate.x < -0.5 else through
-
-    def rates(dampings: np.ndarray) -> DecayRates:
-        return DecayRates(np.where(dampings < 5e-3, 1e5 * dampings, -1.0), 2e-3)
-
-    result = ask_known(monkeypatch, ends, rates=rates, damping_curve=True)
+def test_the_curve_shows_when_runs_settle_and_small_deviations_have_decayed() -> None:
+    """To a hundredth, at the rate that is stated."""
+    result = searched("held")
     axes = panels(result)[-1]
-    lines, dampings = lines_of(axes), result.damping.values
-    all_pass, decays = x_of(dampings) >= -0.5, dampings < 5e-3
-    assert np.isnan(lines["runs"][~all_pass, 1]).all()
-    assert lines["runs"][all_pass, 1] == pytest.approx(2 + x_of(dampings[all_pass]) ** 2)
-    assert lines["more runs captured"][:, 1] == pytest.approx(2 + x_of(dampings[~all_pass]) ** 2)
-    assert lines["linearised, to 1 %"][decays, 1] == pytest.approx(np.log(100) / (1e5 * dampings[decays]))
-    assert np.isnan(lines["linearised, to 1 %"][~decays, 1]).all()
-    assert (lines["best of the runs"][0, 0], lines["best linearised"][0, 0]) == (pytest.approx(1e-5), 2e-3)
-    rows = [row for row in result.wucht.summary["compared"] if row["settling_time"] is not None]
-    assert lines["checked"].tolist() == [[row["parameters"]["damping"], row["settling_time"]] for row in rows]
+    lines, dampings, s = lines_of(axes), result.damping.values, result.wucht.summary
+    assert lines["runs"] == pytest.approx(np.stack([dampings, result.settling_time.values], axis=1))
+    assert lines["linearised, to 1 %"][:, 1] == pytest.approx(np.log(100) / result.decay_rate.values)
+    best = [lines[name][0, 0] for name in ("best of the runs", "best linearised")]
+    assert best == pytest.approx([s["damping"]["optimum"], s["damping"]["of_rates"]])
+    rows = [row for row in s["compared"] if row["settling_time"] is not None and row["bodies"] == 2]
+    assert {tuple(xy) for xy in lines["checked"].tolist()} >= {(r["parameters"]["damping"], r["settling_time"]) for r in rows}
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("damping of the bodies (N·m·s)", "median settling time (s)")
     assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
-    times = np.concatenate([result.settling_time.values, lines["linearised, to 1 %"][decays, 1]])
+    times = np.concatenate([result.settling_time.values, lines["linearised, to 1 %"][:, 1]])
     assert axes.get_ylim() == pytest.approx((times.min() / 1.5, 1.5 * times.max()))
     words = axes.xaxis.get_major_formatter()
     assert [words(x, 0) for x in (0.002, 0.01, 0.5, 20.0)] == ["2·10⁻³", "0.01", "0.5", "20"]

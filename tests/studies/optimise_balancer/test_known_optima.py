@@ -14,10 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht import OptimiseBalancer
+from wucht import Machine, OptimiseBalancer, run
 from wucht.files.building import machine_from
-from wucht.machines.machine import Machine
-from wucht.studies.runner import run
 
 
 @dataclass(frozen=True)

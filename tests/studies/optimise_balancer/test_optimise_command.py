@@ -9,16 +9,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.refusals import check_file, check_refusal
 
+from wucht import load, run_file
+from wucht import run as ask
+from wucht.cli.options import parse_settings
 from wucht.dynamics.balancers.candidates import evaluate_runs
 from wucht.dynamics.sampling.choice import Scores
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
-from wucht.studies.runner import load
-from wucht.studies.runner import run as ask
+from wucht.studies.registry import study_of
 from wucht.studies.study_file import read_study
 
-Command = Callable[..., Any]
-Refused = Callable[..., str]
 pytestmark = pytest.mark.usefixtures("no_figures")
 SMALL = [f"--set=study.{s}" for s in ("samples=2", "population=4", "evaluations=8", "points=1", "damping_curve=false")]
 
@@ -35,44 +36,26 @@ def test_its_template_runs_and_is_drawn_again(here: Path, from_template: Callabl
     assert load("out/result.nc").sizes["candidate"] == 8
 
 
+WRONG = [
+    "vary={}", "vary.damping=[1]", "vary.damping=[2e-4, 1e-4]", 'vary.damping=["1 mm", 1]', "vary.damping=[-1, 1]",
+    'vary={"dampin": [1, 2]}', 'vary={"length": {"of": ["p3"], "range": [1, 2]}}', 'vary={"drum.unbalance": [1e-4, 2e-4]}',
+    'vary={"mass": [1e-3, 2e-3], "p1.mass": [1e-3, 2e-3]}', 'objectives=["settling"]', 'objectives=["peak", "peak"]',
+    "objectives=[]", "bodies=[0]", "bodies=[2, 2]", "unbalance=[0, 1e-4]", "evaluations=4", "samples=1", "model=both",
+    "inertia=true", 'start={"psi": 1}', 'start={"drum": 1, "p3": 1}', "evaluation=9",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("setting", WRONG)
+def test_bad_input_is_one_sentence(setting: str, here: Path) -> None:
+    check_file("optimise-balancer", str(study_of("optimise-balancer").template), {}, parse_settings([f"study.{setting}"]))
+
+
 @pytest.mark.parametrize(
-    ("setting", "says"),
-    [
-        ("study.vary={}", ("study.vary", "must be a table of ranges")),
-        ("study.vary.damping=[1]", ("study.vary.damping", "must be a pair [low, high]")),
-        ("study.vary.damping=[2e-4, 1e-4]", ("study.vary.damping", "low below high")),
-        ('study.vary.damping=["1 mm", 1]', ("study.vary.damping[0]", "this one is a length")),
-        ("study.vary.damping=[-1, 1]", ("study.vary.damping", "must be a damping of at least 0")),
-        ("study.vary={dampin = [1, 2]}", ("study.vary", "did you mean 'damping'?")),
-        ('study.vary={length = {of = ["p3"], range = [1, 2]}}', ("study.vary.length.of", "did you mean 'p2'?")),
-        ("study.vary={drum.unbalance = [1e-4, 2e-4]}", ("study.vary.drum.unbalance", "given by study.unbalance")),
-        ("study.vary={mass = [1e-3, 2e-3], p1.mass = [1e-3, 2e-3]}", ("study.vary.p1.mass", "study.vary.mass too")),
-        ('study.objectives=["settling"]', ("study.objectives[0]", "did you mean 'settling-time'?")),
-        ('study.objectives=["peak", "peak"]', ("study.objectives[1]", "twice")),
-        ("study.objectives=[]", ("study.objectives", "must be a list of some of")),
-        ("study.bodies=[0]", ("study.bodies", "from 1 to 10")),
-        ("study.bodies=[2, 2]", ("study.bodies", "different numbers")),
-        ("study.unbalance=[0, 1e-4]", ("study.unbalance", "greater than 0")),
-        ("study.evaluations=4", ("study.evaluations", "at least 8")),
-        ("study.samples=1", ("study.samples", "from 2 to 4096")),
-        ("study.model=both", ("study.model", "'full' or 'slow'")),
-        ("study.inertia=true", ("study.inertia", "allowed only with model = 'slow'")),
-        ("study.start={psi = 1}", ("study.start.psi", "the phases of balancing bodies are random")),
-        ("study.start={drum = 1, p3 = 1}", ("study.start.p3", "did you mean 'p2'?")),
-        ("study.evaluation=9", ("study.evaluation", "did you mean 'evaluations'?")),
-    ],
+    ("name", "more"), [("drozdetskaya-2020/figure-5.4", {"study.model": "slow"}), ("practice/screen", dict[str, str]())]
 )
-def test_bad_input_is_one_sentence(setting: str, says: tuple[str, ...], here: Path, wucht: Command, refused: Refused) -> None:
-    wucht("new", "optimise-balancer")
-    refused("run", "optimise-balancer.toml", "--set", setting, says=says)
-
-
-def test_machines_without_balancing_bodies(refused: Refused) -> None:
-    kind = ("--set", "study.kind=optimise-balancer", "--set", "study.vary={damping = [1, 2]}")
-    refused(
-        "run", "drozdetskaya-2020/figure-5.4", *kind, "--set", "study.model=slow", says=("machine.model", "[[machine.bodies]]")
-    )
-    refused("run", "practice/screen", *kind, says=("machine.bodies", "there are no balancing bodies about"))
+def test_machines_without_balancing_bodies(name: str, more: dict[str, str]) -> None:
+    asked = {"study.kind": "optimise-balancer", "study.vary": {"damping": [1, 2]}} | more
+    check_refusal(f"optimise-balancer of {name}", lambda: run_file(name, asked))
 
 
 @pytest.mark.slow

@@ -11,14 +11,11 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 from tests.interrupting import assert_same, stop_at
-from tests.refusals import refused
+from tests.refusals import check_refusal, refused
 
-from wucht.errors import InputError, RunError
-from wucht.files.catalogue import load_machine
-from wucht.files.user_system import UserSystem, equations_from
+from wucht import OrbitBranch, UserSystem, draw, load_machine, report, run
+from wucht.files.user_system import equations_from
 from wucht.plots.style import COLOURS
-from wucht.studies.orbit_branch.study import OrbitBranch
-from wucht.studies.runner import draw, report, run
 
 # r' = r (mu - r^2), phase with frequency 2 + mu: the orbit is a circle of radius sqrt mu, its exponent -2 mu.
 CIRCLE = {
@@ -334,43 +331,16 @@ def test_steady_states_are_seen_as_the_orbits_are() -> None:
     assert not [name for name in r.variables if "speed" in str(name) or "phi" in str(name) or "amplitude" in str(name)]
 
 
-def test_a_branch_that_cannot_be_begun_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    """At mu = 1 orbits with z = +-sqrt(mu - 1) leave the circle; at mu = 0 the circle itself begins."""
-
-    def fails(*_: object) -> None:
-        raise RunError("Newton's method fails")
-
-    away = {**CIRCLE, "states": {**CIRCLE["states"], "z": "(mu - 1)*z - z^3"}}
-    monkeypatch.setattr("wucht.dynamics.branches.orbit_branches.crossing_branch", fails)
-    asked = OrbitBranch(along="mu", range=(0.5, 1.5), at=0.6, values=(0.6,), start={"x": 0.5}, switch=True)
-    warnings = run(asked, own(away)).attrs["warnings"]
-    assert "the branch from the branch point at mu = 1 is not followed: Newton's method fails" in warnings
-    monkeypatch.setattr("wucht.dynamics.branches.first_orbits.cycle_at_hopf", fails)
-    asked = OrbitBranch(along="mu", range=(-1.0, 1.0), ranges={"x": (-1.0, 1.0), "y": (-1.0, 1.0)})
-    r = run(asked, own(CIRCLE))
-    assert "the Hopf point at mu = " in r.attrs["warnings"]
-    assert "is not followed: Newton's method fails" in r.attrs["warnings"]
-
-
 @pytest.mark.parametrize(
-    ("keys", "where"),
+    "keys",
     [
-        ({"along": "nu"}, "study.along"),
-        ({"range": (2.0, 1.0)}, "study.range"),
-        ({"at": (1.0, 5.0)}, "study.at[1]"),
-        ({"values": (0.05,)}, "study.values[0]"),
-        ({"values": ()}, "study.values"),
-        ({"show": "z"}, "study.show"),
-        ({"start": {"z": 1.0}}, "study.start.z"),
-        ({"start": {"x": "much"}}, "study.start.x"),
-        ({"together": True}, "study.together"),
-        ({"inertia": True}, "study.inertia"),
+        {"along": "nu"}, {"range": (2.0, 1.0)}, {"at": (1.0, 5.0)}, {"values": (0.05,)}, {"values": ()}, {"show": "z"},
+        {"start": {"z": 1.0}}, {"start": {"x": "much"}}, {"together": True}, {"inertia": True},
     ],
-)
-def test_what_is_refused(keys: dict[str, Any], where: str) -> None:
-    with pytest.raises(InputError) as raised:
-        run(OrbitBranch(**({"along": "mu", "range": (0.1, 1.0)} | keys)), own(CIRCLE))
-    assert raised.value.location == where
+)  # fmt: skip
+def test_what_is_refused(keys: dict[str, Any]) -> None:
+    asked = {"along": "mu", "range": (0.1, 1.0)} | keys
+    check_refusal(f"orbit-branch: {keys}", lambda: run(OrbitBranch(**asked), own(CIRCLE)))
 
 
 def test_equations_that_depend_on_time_are_refused() -> None:
@@ -379,9 +349,8 @@ def test_equations_that_depend_on_time_are_refused() -> None:
 
 
 def test_keys_of_systems_are_refused_for_a_machine() -> None:
-    with pytest.raises(InputError) as raised:
+    with refused("study.show", given="x", code="system-only"):
         run(OrbitBranch(along="u", range=(1.0, 2.0), show="x"), load_machine("drozdetskaya-2020/table-5.1"))
-    assert raised.value.location == "study.show"
 
 
 def test_an_interrupted_study_goes_on_where_it_was(tmp_path: Path) -> None:
@@ -434,23 +403,6 @@ def test_a_closed_branch_is_described_once() -> None:
 def test_at_special_orbits_no_disturbance_grows_by_rounding() -> None:
     r = isola()
     assert r.unstable.values[r.at_special.values == 1].tolist() == [0, 0]
-
-
-def test_what_is_not_located_is_listed_with_its_interval(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fails(*_: object) -> None:
-        raise RunError("no branch point was found")
-
-    monkeypatch.setattr("wucht.numerics.periodic.cycles.orbit_branch_point", fails)
-    symmetric = {
-        "parameters": {"p": -0.3},
-        "states": {"x": "(1 - x^2 - y^2)*x - 2*y", "y": "2*x + (1 - x^2 - y^2)*y", "z": "(p - z^2)*z"},
-    }
-    r = run(OrbitBranch(along="p", range=(-0.5, 0.5), at=-0.3, start={"x": 0.5}, values=(-0.2,)), own(symmetric))
-    (point,) = r.wucht.summary["special_points"]
-    assert (point["kind"], point["hidden"]) == ("unresolved", "branch-point")
-    assert point["between"][0] < 0.0 < point["between"][1]
-    assert any("a branch-point that was not located" in line for line in report(r))
-    draw(r)
 
 
 @pytest.mark.parametrize(

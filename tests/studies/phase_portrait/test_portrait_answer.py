@@ -12,7 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.contour import QuadContourSet
 
 import wucht
-from wucht.files.user_system import UserSystem, equations_from
+from wucht import UserSystem
+from wucht.files.user_system import equations_from
 
 TURN = 2 * math.pi
 SQUARE = {"x": (-2, 2), "y": (-2, 2)}

@@ -11,8 +11,8 @@ import pytest
 from tests.refusals import failed, refused
 
 import wucht
-from wucht.errors import InputError
-from wucht.files.user_system import UserSystem, equations_from
+from wucht import InputError, UserSystem
+from wucht.files.user_system import equations_from
 
 SADDLE = {"states": {"x": "mu*x - x^3", "y": "-y"}, "parameters": {"mu": 1.0}}
 SQUARE = {"x": (-2, 2), "y": (-2, 2)}

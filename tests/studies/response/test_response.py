@@ -13,11 +13,8 @@ import pytest
 import xarray as xr
 from tests.refusals import Refusal, refused
 
+from wucht import Machine, Response, load_machine, report, run
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
-from wucht.machines.machine import Machine
-from wucht.studies.response.study import Response
-from wucht.studies.runner import report, run
 
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.05}
 LINEAR = {"kind": "linear", "slope": 0.05, "no_load_speed": 250.0}

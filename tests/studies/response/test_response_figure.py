@@ -13,10 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from tests.refusals import refused
 
+from wucht import Response, draw, load_machine, run
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
-from wucht.studies.response.study import Response
-from wucht.studies.runner import draw, run
 
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.05}
 CARRIER = {"mass": 3.0, "stiffness": [2e4, 6e4], "damping": 40.0}

@@ -9,19 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
-from tests.refusals import refused
+from tests.refusals import check_refusal, refused
 
 from auto_demos import AB
+from wucht import Machine, SpeedCurve, System, UserSystem, draw, load_machine, report, run
 from wucht.analysis.averaged_equations import averaged_equations_of
-from wucht.errors import InputError
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
-from wucht.files.user_system import UserSystem
-from wucht.machines.machine import Machine
 from wucht.numerics.flow.jacobian import Jacobian
-from wucht.studies.runner import draw, report, run
-from wucht.studies.speed_curve.study import SpeedCurve
-from wucht.system import System
 
 TABLE = "drozdetskaya-2020/table-5.1"
 LINEAR = {"kind": "linear", "slope": 0.01, "no_load_speed": 200.0}
@@ -43,34 +37,28 @@ def summary(subject: Any, **asked: Any) -> dict[str, Any]:
     return run(SpeedCurve(**asked), subject).wucht.summary
 
 
-REFUSED: list[tuple[str, dict[str, Any], str]] = [
-    (TABLE, {"along": "v", "range": [0, 1]}, "study.along: given 'v'; unknown parameter; known: beta_p"),
-    (TABLE, {"along": "u", "range": [1, 0]}, "study.range: given [1.0, 0.0]; must be a pair [low, high] with low below high"),
-    (TABLE, {"along": "u", "range": [2, 2]}, "with low below high"),
-    (TABLE, {"along": "u", "range": [-1, 2]}, "study.range[0]: given -1.0; u: must be"),
-    (TABLE, {"along": "u", "range": ["1 kg", 2]}, "study.range[0]"),
-    (TABLE, {"along": "u", "range": [0, 1], "points": 0}, "study.points: given 0; must be a whole number from 1 to 200"),
-    (TABLE, {"along": "u", "range": [0, 1], "only": ["beside"]}, "must be one or more of: compensating, together, opposed"),
-    (TABLE, {"along": "u", "range": [0, 1], "second": "u", "second_values": [1]}, "another parameter than along"),
-    (TABLE, {"along": "u", "range": [0, 1], "second": "sigma"}, "give one of second_values = [...] and second_range"),
-    (TABLE, {"along": "u", "range": [0, 1], "second_values": [1]}, "study.second: this key is missing"),
-    (TABLE, {"along": "u", "range": [0, 1], "second": "sigma", "second_range": [0.2, 0.3]}, "must contain the value 0.1"),
-    (TABLE, {"along": "u", "range": [0, 1], "second": "sigma", "second_values": [-1]}, "study.second_values[0]"),
-    (TABLE, {"along": "u", "range": [0, 1], "second": "sigma", "second_values": []}, "given []; must hold at least one value"),
-    (TABLE, {"along": "u", "range": [0, 1], "show": "p3.phase"}, "study.show: given 'p3.phase'; unknown state"),
-    (TABLE, {"along": "u", "range": [0, 1], "ranges": {"x": [0, 1]}}, "study.ranges"),
-    (TABLE, {"along": "u", "range": [0, 1], "ranges": {"x": [1, 0]}}, "low below high for x"),
-    ("sperling-vibration/figure-2a", {"along": "drive.slope", "range": [1e-5, 2e-5]}, "study.kind = 'entrainment'"),
-    ("practice/laundry-drum", {"along": "drive.voltage", "range": [1, 2]}, "this parameter follows a schedule"),
+REFUSED: list[tuple[str, dict[str, Any]]] = [
+    (TABLE, {"along": "v", "range": [0, 1]}), (TABLE, {"along": "u", "range": [1, 0]}),
+    (TABLE, {"along": "u", "range": [2, 2]}), (TABLE, {"along": "u", "range": [-1, 2]}),
+    (TABLE, {"along": "u", "range": ["1 kg", 2]}), (TABLE, {"along": "u", "range": [0, 1], "points": 0}),
+    (TABLE, {"along": "u", "range": [0, 1], "only": ["beside"]}),
+    (TABLE, {"along": "u", "range": [0, 1], "second": "u", "second_values": [1]}),
+    (TABLE, {"along": "u", "range": [0, 1], "second": "sigma"}),
+    (TABLE, {"along": "u", "range": [0, 1], "second_values": [1]}),
+    (TABLE, {"along": "u", "range": [0, 1], "second": "sigma", "second_range": [0.2, 0.3]}),
+    (TABLE, {"along": "u", "range": [0, 1], "second": "sigma", "second_values": [-1]}),
+    (TABLE, {"along": "u", "range": [0, 1], "second": "sigma", "second_values": []}),
+    (TABLE, {"along": "u", "range": [0, 1], "show": "p3.phase"}),
+    (TABLE, {"along": "u", "range": [0, 1], "ranges": {"x": [0, 1]}}),
+    (TABLE, {"along": "u", "range": [0, 1], "ranges": {"x": [1, 0]}}),
+    ("sperling-vibration/figure-2a", {"along": "drive.slope", "range": [1e-5, 2e-5]}),
+    ("practice/laundry-drum", {"along": "drive.voltage", "range": [1, 2]}),
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("case", REFUSED, ids=[str(i) for i in range(len(REFUSED))])
-def test_bad_input_is_refused(case: tuple[str, dict[str, Any], str]) -> None:
-    name, asked, sentence = case
-    with pytest.raises(InputError) as raised:
-        summary(load_machine(name), **asked)
-    assert sentence in str(raised.value)
+@pytest.mark.parametrize(("name", "asked"), REFUSED)
+def test_bad_input_is_refused(name: str, asked: dict[str, Any]) -> None:
+    check_refusal(f"speed-curve of {name}: {asked}", lambda: summary(load_machine(name), **asked))
 
 
 def test_machines_without_steady_operation_are_refused_with_the_reason() -> None:
@@ -326,20 +314,19 @@ def test_own_equations_and_the_plane_of_two_parameters() -> None:
 
 
 @pytest.mark.parametrize(
-    ("asked", "sentence"),
+    "asked",
     [
-        ({}, "give a pair [low, high] for u1"),
-        ({"ranges": {"u1": [0, 1]}}, "give a pair [low, high] for u2"),
-        ({"ranges": AB_RANGES | {"u3": [0, 1]}}, "study.ranges.u3"),
-        ({"ranges": AB_RANGES, "only": "together"}, "allowed for a machine only"),
-        ({"ranges": AB_RANGES, "show": "speed"}, "study.show: given 'speed'; unknown state"),
-        ({"ranges": AB_RANGES, "along": "p3"}, "study.along: given 'p3'; unknown parameter"),
+        {},
+        {"ranges": {"u1": [0, 1]}},
+        {"ranges": AB_RANGES | {"u3": [0, 1]}},
+        {"ranges": AB_RANGES, "only": "together"},
+        {"ranges": AB_RANGES, "show": "speed"},
+        {"ranges": AB_RANGES, "along": "p3"},
     ],
 )
-def test_bad_questions_of_own_equations_are_refused(asked: dict[str, Any], sentence: str) -> None:
-    with pytest.raises(InputError) as raised:
-        summary(AB_18, **({"along": "p1", "range": [0.0, 0.5]} | asked))
-    assert sentence in str(raised.value)
+def test_bad_questions_of_own_equations_are_refused(asked: dict[str, Any]) -> None:
+    keys = {"along": "p1", "range": [0.0, 0.5]} | asked
+    check_refusal(f"speed-curve of two equations: {asked}", lambda: summary(AB_18, **keys))
 
 
 @pytest.mark.slow

@@ -12,14 +12,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from wucht.files.catalogue import load_machine
-from wucht.files.user_system import UserSystem
+from wucht import SpeedCurve, System, UserSystem, draw, load_machine, report, run, run_file
 from wucht.plots.style import COLOURS
 from wucht.studies.registry import study_of
-from wucht.studies.runner import draw, report, run
-from wucht.studies.speed_curve.study import SpeedCurve
-from wucht.studies.study_file import run_file
-from wucht.system import System
 
 TABLE = "drozdetskaya-2020/table-5.1"
 

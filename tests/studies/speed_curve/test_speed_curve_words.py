@@ -11,12 +11,9 @@ from matplotlib import colormaps
 from matplotlib.colors import to_hex
 from tests.interrupting import stop_at
 
+from wucht import SpeedCurve, UserSystem, draw, load_machine, report, run
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
-from wucht.files.user_system import UserSystem
 from wucht.plots.style import COLOURS, GREY
-from wucht.studies.runner import draw, report, run
-from wucht.studies.speed_curve.study import SpeedCurve
 
 DOUBT = "deflated Newton's method from 64 starts within the ranges of the states: completeness is not proved"
 

@@ -10,13 +10,8 @@ import sympy as sp
 from tests.refusals import Refusal, refused
 
 import wucht
-from wucht.errors import RunError
+from wucht import RunUp, StabilityMap, System, draw, report, run
 from wucht.files.building import machine_from
-from wucht.numerics.continuation.fold_curves import FoldPairs
-from wucht.studies.run_up.study import RunUp
-from wucht.studies.runner import draw, report, run
-from wucht.studies.stability_map.study import StabilityMap
-from wucht.system import System
 
 X, Y, P, R = sp.symbols("x y p r", real=True)
 CUSP = wucht.UserSystem(System((X,), (P + R * X - X**3,), (P, R)), {"p": 0.0, "r": 1.0}, "a cusp")
@@ -285,14 +280,3 @@ def test_curves_of_folds_that_cross() -> None:
     """And where Newton's method does not find the place, that is said."""
     (mark,) = two_pairs().wucht.summary["points"]
     assert (mark["kind"], mark["p"], mark["r"]) == ("two folds at once", pytest.approx(0, abs=1e-8), pytest.approx(0, abs=1e-8))
-
-
-def test_a_crossing_that_is_not_found_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    def lost(*_: Any) -> np.ndarray:
-        raise RunError("Newton's method does not converge to a point at which both folds coincide")
-
-    monkeypatch.setattr(FoldPairs, "nearest_pair", lost)
-    result = two_pairs()
-    assert result.wucht.summary["points"] == []
-    assert "the crossing of two curves of folds near p = " in result.attrs["warnings"]
-    assert "is not located: Newton's method does not converge" in result.attrs["warnings"]

@@ -345,11 +345,11 @@ def test_a_sweep_that_fails_has_what_was_found_before(machine: Machine, monkeypa
 
 def test_a_long_leg_asks_often_whether_to_stop(machine: Machine) -> None:
     compiled, times = compile_system(moving_system(machine, OMEGA_1)), list[float]()
-    moved_machine, *_ = Sweep(along=OMEGA_1, range=(5.0, 10.0)).prepare(machine)
-    mover = Mover(moved_machine, compiled, times.append)
+    _, sweep, _ = Sweep(along=OMEGA_1, range=(5.0, 10.0)).prepare(machine)
+    mover = Mover(sweep.moved_machine, compiled, times.append)
     place = mover.leg(mover.begin(), 5000.0).place
     assert place.time == times[-1] == 5000.0
-    assert max(np.diff([0.0, *times])) * moved_machine.pace.fastest <= 201 * 2 * math.pi
+    assert max(np.diff([0.0, *times])) * sweep.moved_machine.pace.fastest <= 201 * 2 * math.pi
 
 
 def test_progress_grows(machine: Machine) -> None:

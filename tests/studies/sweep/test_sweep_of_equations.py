@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -31,12 +32,18 @@ def test_jumps_are_at_the_folds_on_either_way(tmp_path: Path) -> None:
         assert sign * jump["to"] > 1 > -sign * jump["from"] > 0.4
     assert s["hysteresis"] == pytest.approx([-FOLD, FOLD], abs=1.5 * step)
     low, high = s["hysteresis"]
-    _, verdict, sweep, up, down, *_ = wucht.report(result)
-    assert verdict == f"verdict: 2 JUMPS, the motion depends on the direction between {low:.5g} and {high:.5g}"
-    assert sweep == f"  sweep        mu in steps, a time of {s['span']:.4g} at each"
+    _, verdict, sweep, up, change, down, _, between, *_ = wucht.report(result)
+    assert verdict == "verdict: 2 JUMPS"
+    assert sweep == f"  sweep        mu from -0.6 to 0.6 in steps, a time of {s['span']:.4g} at each"
     first = s["jumps"][0]
-    assert up == f"  jump         up, at mu = {first['value']:.6g}: x {first['from']:.5g} to {first['to']:.5g}"
-    assert down.startswith("  jump         down, at mu = -") and first["mu"] == first["value"]
+    assert up == f"  jump         rising, at mu = {first['value']:.6g}:"
+    assert change.split() == ["x", f"{first['from']:.5g}", "to", f"{first['to']:.5g}"]
+    assert down.startswith("  jump         falling, at mu = -") and first["mu"] == first["value"]
+    assert between == f"  hysteresis   between {low:.6g} and {high:.6g} the state depends on the direction of the sweep"
+    assert first["bracket"] == pytest.approx((first["mu"] - step / 2, first["mu"] + step / 2))
+    assert s["rate"] == pytest.approx(step / s["span"])
+    assert result.jump_value.values.tolist() == [j["mu"] for j in s["jumps"]]
+    assert result.jump_upward.values.tolist() == [1, 0]
     fig = wucht.draw(result)
     at = [line.get_xdata()[0] for line in fig.axes[0].lines if line.get_linestyle() == ":"]
     assert at == [j["value"] for j in s["jumps"]]
@@ -64,11 +71,45 @@ def test_a_forced_oscillator_stays_on_its_upper_branch_to_the_peak() -> None:
     assert s["hysteresis"] == pytest.approx([jumps["down"], jumps["up"]], abs=0.03)
 
 
+def test_a_sweep_that_is_stopped_is_a_result() -> None:
+    """Before the first way is complete, and before the second one is."""
+
+    def stop(activity: str) -> Callable[[float, str], None]:
+        def report(_share: float, what: str) -> None:
+            if what == activity:
+                raise KeyboardInterrupt
+
+        return report
+
+    study = wucht.Sweep(along="mu", range=(-0.6, 0.6), start={"x": -1.0}, points=21)
+    for activity, ways in (("settling", []), ("up", []), ("down", ["up"])):
+        result = wucht.run(study, hysteresis(), progress=stop(activity))
+        assert (result.attrs["finished"], result.attrs["sentence"]) == (0, "the sweep was interrupted")
+        assert result.direction.values.tolist() == ways
+        assert result.maxima.shape == (len(ways), 1, 21, 60)
+        assert [j["direction"] for j in result.wucht.summary["jumps"]] == ways
+        assert wucht.report(result)[1] == "verdict: THE SWEEP WAS INTERRUPTED"
+        wucht.draw(result)
+
+
+def test_a_motion_that_goes_to_infinity_ends_the_sweep() -> None:
+    """x' = mu + x^2 has the equilibrium -sqrt(-mu), and none beyond mu = 0."""
+    subject = equations_from({"states": {"x": "mu + x^2"}, "parameters": {"mu": 0.0}})
+    result = wucht.run(wucht.Sweep(along="mu", range=(-1.0, 0.5), start={"x": -1.0}, points=16), subject)
+    assert (result.attrs["finished"], result.attrs["sentence"]) == (0, "the sweep failed")
+    assert result.attrs["failure"].startswith("at mu = 0.1: ") and result.attrs["failure"] in result.wucht.warnings
+    assert result.direction.values.tolist() == ["up"]
+    mu = result.value.values[0]
+    assert result["mean"].values[0, 0, mu < -0.05] == pytest.approx(-np.sqrt(-mu[mu < -0.05]), abs=1e-3)
+    assert np.isnan(result["mean"].values[0, 0, mu > 0.05]).all()
+    wucht.draw(result)
+
+
 def test_a_motion_without_folds_has_no_jump() -> None:
     subject = equations_from({"states": {"x": "mu - x"}, "parameters": {"mu": 0.0}})
     result = wucht.run(wucht.Sweep(along="mu", range=(0.0, 1.0), direction="up", points=21), subject)
     assert (result.wucht.summary["jumps"], result.wucht.summary["hysteresis"]) == ([], None)
-    assert result.attrs["sentence"] == "no jump for mu between 0 and 1"
+    assert result.attrs["sentence"] == "no jump: the motion follows mu between 0 and 1"
     assert result["mean"].values[0, 0] == pytest.approx(np.linspace(0, 1, 21), abs=1e-5)
 
 

@@ -16,11 +16,8 @@ from matplotlib.text import Annotation
 from tests.figure_checks import beyond, overlapping
 from tests.refusals import refused
 
+from wucht import JOURNAL, SynchronousStates, draw, load_machine, run
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
-from wucht.plots.page import JOURNAL
-from wucht.studies.runner import draw, run
-from wucht.studies.synchronous_states.study import SynchronousStates
 
 AXES = {"speed": (10.0, 400.0, 20), "ratio": (0.0, 3.0, 12)}
 

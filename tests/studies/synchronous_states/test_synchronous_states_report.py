@@ -12,11 +12,8 @@ import pytest
 import xarray as xr
 from tests.refusals import refused
 
+from wucht import Machine, SynchronousStates, load_machine, report, run
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
-from wucht.machines.machine import Machine
-from wucht.studies.runner import report, run
-from wucht.studies.synchronous_states.study import SynchronousStates
 
 BALL = {"kind": "pendulum", "about": "drum", "length": 0.5, "damping": 0.02}
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 1e-2, "inertia": 1.5e-2}

@@ -13,13 +13,10 @@ import xarray as xr
 from scipy.optimize import brentq
 from tests.refusals import Refusal, refused
 
+from wucht import Machine, TorqueBalance, load_machine, report, run
 from wucht.analysis.vibration import Vibration
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
-from wucht.machines.machine import Machine
 from wucht.machines.operation import net_torque
-from wucht.studies.runner import report, run
-from wucht.studies.torque_balance import TorqueBalance
 
 ROTOR = {"kind": "rotor", "name": "fan", "mass": 20.0, "eccentricity": 8e-3, "inertia": 0.6, "bearing_damping": 0.002}
 INDUCTION = {

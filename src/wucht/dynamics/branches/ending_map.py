@@ -15,7 +15,7 @@ from wucht.dynamics.branches.modulated_motion import ModulatedMotion
 from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding, ending_at
 from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.plane_regions import Bounds, PlaneCurve, PlanePoint, cell_centres, divide_plane
-from wucht.dynamics.branches.steady_states import BranchSettings
+from wucht.dynamics.branches.steady_states import BranchSettings, Labels
 from wucht.dynamics.work import Work, with_result
 from wucht.errors import WuchtError
 from wucht.machines.subject import Subject
@@ -29,13 +29,13 @@ _ATTEMPTS = 3  # curves that are begun between places
 class EndingMapCase:
     """Plane in which the end of the modulated motion is mapped as a third parameter changes.
 
-    cells: per side, examined at their centres. warnings: doubts about the equations.
+    cells: per side, examined at their centres. labels: of the steady states.
     """
 
     plane: ParameterPlane
     motion: ModulatedMotion
     cells: int
-    warnings: tuple[str, ...]
+    labels: Labels
 
     @classmethod
     def of(
@@ -50,7 +50,7 @@ class EndingMapCase:
         steady_states = BranchCase.of(middle, along, plane.bounds[1], settings).steady_states
         motion = ModulatedMotion.of(subject, third, plane.bounds[0], orbits, steady_states)
         motion.refuse_idle({"along": along, "second": second, "eliminate": third})
-        return cls(plane, motion, cells, steady_states.labels.warnings)
+        return cls(plane, motion, cells, steady_states.labels)
 
     @property
     def bounds(self) -> Bounds:

@@ -29,7 +29,6 @@ from wucht.numerics.continuation.equilibria import FOLD
 from wucht.numerics.periodic.branch_ends import NOT_IDENTIFIED, RANGE, SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 from wucht.numerics.zeros_and_peaks import values_at_passages
 
-MODULATED_MOTION, PERIODIC_ORBIT = "modulated motion", "periodic orbit"  # of a machine, and of user equations
 _UNKNOWN = "not identified"
 _NOT_EXAMINED = "not examined"
 _NOTHING_ELSE, _NO_OTHER_STATE = "nothing else", "no other steady state"
@@ -122,8 +121,8 @@ def detection_limit(places: int) -> float:
     return float(1 - _LEVEL ** (1 / places)) if places else 1.0
 
 
-def map_of_states(case: StateMapCase, findings: StateFindings, motion: str = MODULATED_MOTION) -> LabelledMap:
-    """Return the map of all motions. motion: the name of one that is periodic but not steady."""
+def map_of_states(case: StateMapCase, findings: StateFindings) -> LabelledMap:
+    """Return the map of all motions."""
     places = examined_places(case, findings)
     everywhere = frozenset(set.intersection(*(set(p.names) for p in places)) if places else ())
     keys = [(p.x, p.y, p.key(everywhere)) for p in places]
@@ -132,14 +131,14 @@ def map_of_states(case: StateMapCase, findings: StateFindings, motion: str = MOD
     kinds, contradictions = kinds_by_region(areas, keys)
     areas, kinds = divided_by_places(areas, kinds, keys, cell_size(case.bounds, case.cells))
     includes_orbits = case.motion is not None
-    labels_of = {key: _state_label(names, level, includes_orbits, motion) for key, (names, level) in motions.items()}
+    labels_of = {key: _state_label(names, level, includes_orbits, case.labels.orbit) for key, (names, level) in motions.items()}
     hatched_sets = sorted({tuple(names) for names, _ in motions.values() if names})
     hatches = {key: 1 + hatched_sets.index(tuple(names)) for key, (names, _) in motions.items() if names}
     lines = [
         _line(f"{c.bifurcation}: {c.kind.name or 'steady states'}", c.unknowns[-2], c.unknowns[-1]) for c in findings.curves
     ]
-    lines += [_line(f"{motion}: {_ORBIT_CURVES[c.kind]}", c.x, c.y) for c in extended_curves(case, findings)]
-    on_orbit = f"{motion}: {_ORBIT_CURVES[SADDLE_NODE_ON_ORBIT]}"
+    lines += [_line(f"{case.labels.orbit}: {_ORBIT_CURVES[c.kind]}", c.x, c.y) for c in extended_curves(case, findings)]
+    on_orbit = f"{case.labels.orbit}: {_ORBIT_CURVES[SADDLE_NODE_ON_ORBIT]}"
     lines += [_line(on_orbit, x, y) for x, y in _ends_on_folds(case, findings)]
     marks = [
         PlanePoint(kind, float(c.unknowns[-2, i]), float(c.unknowns[-1, i]))
@@ -160,7 +159,7 @@ def _line(kind: str, x: np.ndarray, y: np.ndarray) -> PlaneCurve:
     return PlaneCurve(kind, x, y, np.full(len(x), np.nan))
 
 
-def _state_label(names: Sequence[str], level: int, includes_orbits: bool, motion: str = MODULATED_MOTION) -> str:
+def _state_label(names: Sequence[str], level: int, includes_orbits: bool, motion: str) -> str:
     """Return a label such as ``together, modulated motion stable``. includes_orbits: modulated motions were searched."""
     parts = [*names, f"{motion} {_LEVELS[level]}"] if level else [*names]
     return ", ".join(parts) or (_NOTHING_ELSE if includes_orbits else _NO_OTHER_STATE)
@@ -200,9 +199,9 @@ def _lies_on(case: StateMapCase, curve: BifurcationCurve, value: float, second: 
     return bool((np.abs(passages - value) < near).any())
 
 
-def map_of_endings(case: EndingMapCase, findings: EndingFindings, motion: str = MODULATED_MOTION) -> LabelledMap:
-    """Return the map of how a motion ends. motion: its name."""
-    areas = divide_plane([(c.x, c.y) for c in findings.curves], case.bounds)
+def map_of_endings(case: EndingMapCase, findings: EndingFindings) -> LabelledMap:
+    """Return the map of how a motion ends."""
+    areas, motion = divide_plane([(c.x, c.y) for c in findings.curves], case.bounds), case.labels.orbit
     keys = [(p.x, p.y, p.kind) for p in findings.places]
     kinds, contradictions = kinds_by_region(areas, keys)
     areas, kinds = divided_by_places(areas, kinds, keys, cell_size(case.bounds, case.cells))

@@ -27,7 +27,6 @@ from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
 from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.work import Work, result_or_reason, with_result
 from wucht.errors import InputError, RunError
-from wucht.machines.machine import Machine
 from wucht.machines.subject import Subject
 from wucht.numerics.periodic.branch_ends import CLOSED_BRANCH
 from wucht.numerics.periodic.cycle import FOLD, Cycle
@@ -103,16 +102,16 @@ class OrbitCase:
 
 def _steady(subject: Subject, problem: OrbitProblem, settings: OrbitSettings) -> tuple[BranchCase | None, str]:
     """Return the case of the steady states, or why they are not searched."""
-    if not isinstance(subject, Machine) and settings.ranges is None:
+    if problem.labels.of_equations and settings.ranges is None:
         return None, "equilibria are searched only if ranges = { STATE = [low, high] } is given"
     only = ("together",) if settings.together else None
     branch_settings = BranchSettings(_SEARCHES, only, problem.labels.state, settings.ranges, problem.labels.inertia)
     try:
         return BranchCase.of(subject, problem.path, problem.bounds, branch_settings), ""
     except InputError as error:
-        if isinstance(subject, Machine):
-            return None, f"steady states are not searched: {error.explanation}"
-        raise
+        if problem.labels.of_equations:
+            raise
+        return None, f"steady states are not searched: {error.explanation}"
 
 
 @dataclass(frozen=True)

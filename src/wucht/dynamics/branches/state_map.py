@@ -42,7 +42,7 @@ from wucht.dynamics.branches.state_rows import (
     orbit_curve,
     steady_row,
 )  # fmt: skip
-from wucht.dynamics.branches.steady_states import BranchSettings, Heartbeat
+from wucht.dynamics.branches.steady_states import BranchSettings, Heartbeat, Labels
 from wucht.dynamics.work import Work, result_or_reason, with_result
 from wucht.machines.subject import Subject
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
@@ -61,7 +61,7 @@ class StateMapCase:
     """Plane of two parameters, whose steady states and modulated motions are mapped.
 
     paths, bounds: of the parameters. cells: per side, at whose centres the motions are examined. settings: of the
-    steady states. motion: None where modulated ones are left out. warnings: doubts about the equations.
+    steady states. motion: None where modulated ones are left out. labels: of the states.
     """
 
     subject: Subject
@@ -70,7 +70,7 @@ class StateMapCase:
     cells: int
     settings: BranchSettings
     motion: ModulatedMotion | None
-    warnings: tuple[str, ...]
+    labels: Labels
 
     @classmethod
     def of(
@@ -81,12 +81,12 @@ class StateMapCase:
 
         Raises ``InputError`` where a setting does not fit the subject, or it has no averaged equations.
         """
-        case = cls(subject, paths, bounds, cells, settings, None, ())
-        steady_states, motion = case.row(sum(bounds[1]) / 2).steady_states, None
+        middle, motion = subject.with_values({paths[1]: sum(bounds[1]) / 2}), None
+        steady_states = BranchCase.of(middle, paths[0], bounds[0], settings).steady_states
         if orbits is not None:
             motion = ModulatedMotion.of(subject, paths[0], bounds[0], orbits, steady_states)
             motion.refuse_idle(dict(zip(("along", "second"), paths, strict=True)))
-        return replace(case, motion=motion, warnings=steady_states.labels.warnings)
+        return cls(subject, paths, bounds, cells, settings, motion, steady_states.labels)
 
     def row(self, second: float) -> BranchCase:
         """Return the steady states over the first parameter at a value of the second."""

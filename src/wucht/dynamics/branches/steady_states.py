@@ -95,6 +95,9 @@ class Ordinates:
     amplitude: np.ndarray
 
 
+MODULATED_MOTION, PERIODIC_ORBIT = "modulated motion", "periodic orbit"  # of a machine, and of user equations
+
+
 @dataclass(frozen=True)
 class Labels:
     """Names and units in results. ordinate: the quantity that is drawn, and its unit. state: its name, None for the main
@@ -126,6 +129,11 @@ class Labels:
             ordinate = f"speed of {state.removesuffix('.speed')}"
         length = machine.orbit_unit if units.length else ""
         return cls(ordinate, unit, state, inertia, units.speed, units.time, length, averaged_equations.warnings)
+
+    @property
+    def orbit(self) -> str:
+        """Name of a motion that is periodic but not steady."""
+        return PERIODIC_ORBIT if self.of_equations else MODULATED_MOTION
 
     @property
     def rate(self) -> str:

@@ -51,17 +51,17 @@ class StartOutcomes:
 
     Attributes
     ----------
-    labels : ndarray of int, (M,)
+    outcome : ndarray of int, (M,)
         The number of the attractor in ``attractors``, or NOT_SETTLED, DIVERGES, FAILED, NEUTRAL.
     attractors : tuple of LimitSet
         Also unstable equilibria at which a motion ends.
-    reasons : tuple of (int, str)
-        Of members NOT_SETTLED, FAILED or NEUTRAL, by their numbers.
+    failures : tuple of (int, str)
+        The reasons of members NOT_SETTLED, FAILED or NEUTRAL, by their numbers.
     """
 
-    labels: np.ndarray
+    outcome: np.ndarray
     attractors: tuple[LimitSet, ...]
-    reasons: tuple[tuple[int, str], ...] = ()
+    failures: tuple[tuple[int, str], ...] = ()
 
 
 def start_outcomes(

@@ -22,7 +22,6 @@ from wucht.numerics.flow.trajectory import Trajectory
 
 INTERVALS = 20_000  # of samples in a leg, and in the stored run
 _FIRST_SPAN = 30.0  # times the time in which states change as much as they are large
-_DOUBLINGS = 13  # of the run, at most
 _MOST_HALVINGS = 30  # of the given length of a run, until its first leg is as short as without one
 _ROUNDING = 1e-9  # of a state: as near to an equilibrium it lies on it, but for rounding; changes as slow do not tell the pace
 _FEWEST_LEGS = 2  # before anything is judged: the first one has the transients
@@ -49,12 +48,18 @@ class LongRunSettings:
         As in ``compile_system``.
     exponent_accuracy : float
         Half the width of the interval of a positive Lyapunov exponent, relative to it, that is aimed at.
+    first_leg : float, optional
+        The time of the first leg without a given end; by default a multiple of that in which the states change.
+    legs : int
+        The largest number of legs without a given end: each is as long as all before it.
     """
 
     until: float | None = None
     tolerance: float = DEFAULT_TOLERANCE
     engine: str | None = None
     exponent_accuracy: float = 0.02
+    first_leg: float | None = None
+    legs: int = 13
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,17 +122,24 @@ class LongRun:
 
 
 def long_run(
-    subject: Subject, start: np.ndarray, settings: LongRunSettings = LongRunSettings(), report: Heartbeat | None = None
+    subject: Subject,
+    start: np.ndarray,
+    settings: LongRunSettings = LongRunSettings(),
+    report: Heartbeat | None = None,
+    earlier_states: np.ndarray | None = None,
 ) -> LongRun:
     """Run from a state (n,) at time zero.
 
-    The run is doubled until it is known what the motion tends to, thirteen times at most; with a given end, until that. What a
-    shorter record has shown stands until a longer one shows something else.
+    The run is doubled until it is known what the motion tends to, or its legs are used up; with a given end, until that. What a
+    shorter record has shown stands until a longer one shows something else. earlier_states: (n, K), of the motion before its
+    start; how far a state has moved is told by them too.
     """
     system, start = replace(subject.system, outputs=(), quadratures=()), np.asarray(start, float)
     bare = UserSystem(system, {name: subject.values[name] for name in system.parameter_names}, subject.title)
     record = _Record(bare, compile_system(bare.system, settings.tolerance, (), settings.engine), start, report)
-    length, count = record.first_span, _DOUBLINGS
+    if earlier_states is not None:
+        record.extend_ranges(earlier_states)
+    length, count = settings.first_leg or record.first_span, settings.legs
     if settings.until is not None:
         halvings = min(max(1, math.ceil(math.log2(settings.until / length))), _MOST_HALVINGS)
         length, count = settings.until / 2**halvings, halvings + 1
@@ -165,8 +177,12 @@ class _Record:
         if leg.failure is not None:
             return self._failed_run()
         self.time, self.state = float(grid[-1]), leg.states[:, -1]
-        self._low, self._high = np.minimum(self._low, leg.states.min(axis=1)), np.maximum(self._high, leg.states.max(axis=1))
+        self.extend_ranges(leg.states)
         return None
+
+    def extend_ranges(self, states: np.ndarray) -> None:
+        """Extend the ranges of the states over the run by states (n, K)."""
+        self._low, self._high = np.minimum(self._low, states.min(axis=1)), np.maximum(self._high, states.max(axis=1))
 
     def _integrate(self, grid: np.ndarray, progress: Heartbeat | None = None) -> Trajectory:
         return integrate(self.compiled_system, self.state, self._values, grid, progress).reraise_interrupt()

@@ -65,7 +65,7 @@ def settled_motion(
         return _equilibrium(subject, compiled_system, leg, metric)
     repetition = recurrence(leg.time, leg.states, metric.turning)
     if repetition is not None and (orbit := _orbit(subject, compiled_system, leg, repetition, metric)) is not None:
-        return orbit
+        return orbit if _remains(orbit, leg) else None
     if exponent_accuracy is None or equations_jump(subject.system) or leg.oscillations(metric.turning) < _FEWEST_CYCLES:
         return None
     return _irregular_motion(subject, compiled_system, leg, metric, exponent_accuracy)
@@ -115,14 +115,27 @@ def _orbit(
         times, states = _course(compiled_system, values, orbit, metric)
     except WuchtError:  # the run has not settled yet
         return None
-    multipliers = orbit.nontrivial(0 if has_forcing else 1)
+    driven = subject.system.second_order.driven if subject.system.second_order else ()
+    multipliers = orbit.nontrivial(max(len(driven), 0 if has_forcing else 1))
     attracts = sign_of_growth(np.abs(multipliers) - 1, _NEUTRAL)
     turns = np.round(orbit.advance / (2 * np.pi)).astype(int)
     gap = float(np.linalg.norm(np.diff(metric.points(times, states), axis=0), axis=1).max()) / 2
     limit_set = LimitSet(MotionKind.PERIODIC, times, states, metric, attracts, orbit.period, turns, multipliers, gap=gap)
-    wide = np.ptp(states, axis=1) >= np.ptp(last, axis=1) / 2  # else the orbit has shrunk to an equilibrium
+    widest = int(still.argmax())
+    is_wide = gains.any() or np.ptp(states[widest]) >= np.ptp(last[widest]) / 2  # else it has shrunk to an equilibrium
+    if attracts is False:
+        late = leg.time >= begin - leg.duration / 2
+        return limit_set if limit_set.distances(leg.time[late], leg.states[:, late]).max() <= limit_set.reach else None
     near = limit_set.distances(leg.time[is_last], last).max() <= _OFF * np.sqrt(len(end)) + gap
-    return limit_set if attracts is not False and near and wide[still.argmax()] else None
+    return limit_set if near and is_wide else None
+
+
+def _remains(orbit: LimitSet, leg: RunSegment) -> bool:
+    """True if a motion on an orbit remains there: it is stable, or what is as small as rounding had the time to grow."""
+    if orbit.attracts is not False or orbit.multipliers is None:
+        return True
+    growth = np.log(np.abs(orbit.multipliers).max()) / orbit.period
+    return bool(leg.duration / 2 >= time_of_rest(np.array([growth])))
 
 
 def _repetitions(subject: Subject, compiled_system: CompiledSystem, orbit: PeriodicOrbit, metric: StateMetric) -> int:

@@ -259,7 +259,7 @@ def _warnings(machine: Machine, settings: RunSettings, free: float | None) -> li
     if limit is not None and settings.speed_limit is None:
         warnings.append(
             "no load and no loss limits the drive: without vibration its speed would grow without limit, as that of a series "
-            f"motor without load, 002 (2.105); the run ends at {limit:.4g} rad/s, or at study.speed_limit"
+            f"motor without load, Drozdetskaya (2.105); the run ends at {limit:.4g} rad/s, or at study.speed_limit"
         )
     unit = f" {machine.units.time}" if machine.units.time else ""
     if settings.until is not None and free and settings.until < 20 * math.pi / abs(free):

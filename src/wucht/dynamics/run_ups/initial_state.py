@@ -130,13 +130,14 @@ def initial_state(machine: Machine, start: Mapping[str, Any], location: str = "s
     return np.array([values[name] for name in machine.state_names])
 
 
-def machine_in_state(machine: Machine, state: np.ndarray) -> Machine:
+def machine_in_state(machine: Machine, state: np.ndarray, location: str = "study.start") -> Machine:
     """Return the machine as in an initial state (n,): the bodies of its tracks in order, those released there unlocked.
 
-    A speed of release that is reached at t = 0 would never be crossed. Raises ``InputError`` where bodies of a track overlap.
+    A speed of release that is reached at t = 0 would never be crossed. location: of the start, for messages. Raises
+    ``InputError`` where bodies of a track overlap.
     """
     free = [machine.row(b.coordinate.velocity) for b in machine.bodies if b.coordinate.prescribed_velocity is None]
-    machine = arrange_contacts(machine, angles_in(machine, state), float(np.abs(state[free]).max(initial=0.0)))
+    machine = arrange_contacts(machine, angles_in(machine, state), float(np.abs(state[free]).max(initial=0.0)), location)
     speeds = speeds_in(machine, state)
     locked_bodies = [(b, b.release.speed) for b in machine.bodies if b.release is not None and b.release.speed is not None]
     release_times = {b.lock_symbol.name: 0.0 for b, limit in locked_bodies if abs(speeds[leader_of(machine, b).name]) >= limit}

@@ -53,7 +53,7 @@ class RunUpCase:
     settings: RunSettings
 
     @classmethod
-    def of(cls, machine: Machine, start: Mapping[str, Any], settings: RunSettings) -> RunUpCase:
+    def of(cls, machine: Machine, start: Mapping[str, Any], settings: RunSettings, location: str = "study.start") -> RunUpCase:
         """Return the run of a machine from a start, as a study file states it.
 
         Parameters
@@ -62,6 +62,8 @@ class RunUpCase:
         start : mapping
             As for ``initial_state``; empty for a start at rest, hanging under gravity: ``hanging_start``.
         settings : RunSettings
+        location : str
+            Of the start, for messages.
 
         Returns
         -------
@@ -72,7 +74,7 @@ class RunUpCase:
         InputError
             Where start and settings do not fit the machine, or it has no averaged equations.
         """
-        machine, initial = prepare_start(machine, start, settings.until or 0.0, settings.speed_limit)
+        machine, initial = prepare_start(machine, start, settings.until or 0.0, settings.speed_limit, location)
         return cls.from_state(machine, initial, settings)
 
     @classmethod
@@ -247,14 +249,19 @@ def _report(work: Work, end: float, time: float) -> None:
 
 
 def prepare_start(
-    machine: Machine, start: Mapping[str, Any], end: float = 0.0, speed_limit: float | None = None
+    machine: Machine,
+    start: Mapping[str, Any],
+    end: float = 0.0,
+    speed_limit: float | None = None,
+    location: str = "study.start",
 ) -> tuple[Machine, np.ndarray]:
     """Return the machine with the bodies of its tracks in the order of the start, and the state (n,) to start from.
 
-    end: of the run. Raises ``InputError`` where the start does not fit the machine, or where nothing would turn.
+    end: of the run. location: of the start, for messages. Raises ``InputError`` where the start does not fit the machine, or
+    where nothing would turn.
     """
-    initial = initial_state(machine, with_default_start(machine, start))
-    machine = machine_in_state(machine, initial)
+    initial = initial_state(machine, with_default_start(machine, start), location)
+    machine = machine_in_state(machine, initial, location)
     prescribed_coordinates, at = (
         [b.coordinate for b in machine.bodies if b.coordinate.prescribed_velocity is not None],
         np.linspace(0.0, end, 100),
@@ -264,7 +271,7 @@ def prepare_start(
         raise InputError("study.speed_limit", speed_limit, "must be more than the speed that the drive prescribes")
     if not fastest and machine.shaken_coordinate is None and not machine.schedules and _is_at_rest(machine, initial):
         reason = "the machine has neither a drive nor an initial speed: nothing would turn"
-        requirement = "give [machine.drive] or a speed in study.start"
+        requirement = f"give [machine.drive] or a speed in {location}"
         raise InputError("machine.drive", None, f"{reason}; {requirement}", code="nothing-turns")
     return machine, initial
 

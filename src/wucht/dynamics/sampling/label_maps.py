@@ -79,6 +79,11 @@ def uncertainty(inside: np.ndarray, periodic: Periodic) -> float:
     return 2 * math.sqrt(stretches / 12) / inside.size
 
 
+def random_error(inside: np.ndarray) -> float:
+    """The uncertainty of a share of starts that are drawn at random, likewise."""
+    return 2 * math.sqrt(share(inside) * (1 - share(inside)) / inside.size)
+
+
 def error_bound(inside: np.ndarray, periodic: Periodic) -> float:
     """The bound of its error: half the area of the cells at the label's border."""
     return 0.5 * float(border_cells(inside, periodic).mean())

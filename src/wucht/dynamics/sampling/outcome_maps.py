@@ -1,49 +1,57 @@
-"""Maps of outcomes over two quantities: the axes, the starts in the cells, and the runs in them, finer at the borders."""
+"""Maps of outcomes over two quantities: the axes, the starts in the cells, and the runs in them, finer at the borders.
+
+Of a machine the label of a cell is an outcome, of equations the attractor that its run tends to: see ``CellRuns``.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import pairwise
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 
 from wucht.dynamics.parameters import Value, range_of
-from wucht.dynamics.run_ups.run_variations import VariedQuantity, varied_quantity
-from wucht.dynamics.sampling.ensemble_equations import batching_obstacle, is_screened
-from wucht.dynamics.sampling.ensemble_run import outcomes_of
-from wucht.dynamics.sampling.ensembles import (
-    EnsembleQuestion,
-    MemberOutcomes,
-    Report,
-    Start,
-    initial_states,
-    omission_warnings,
-    run_possible,
-    unrunnable_members,
+from wucht.dynamics.run_ups.run_variations import VariedQuantity
+from wucht.dynamics.sampling.label_maps import (
+    border_cells_not_run,
+    cells_to_halve,
+    error_bound,
+    halve_cells,
+    random_error,
+    share,
+    uncertainty,
 )
-from wucht.dynamics.sampling.label_maps import border_cells_not_run, cells_to_halve, halve_cells
-from wucht.dynamics.work import Work
-from wucht.errors import InputError
-from wucht.machines.machine import Machine
+from wucht.dynamics.work import TaskReport, Work
 
-VARIABLES = ("outcome", "settling_time", "peak_amplitude", "end_time", "level")  # of a map; axes must have other names
 _WHOLE_TURN = 1e-4  # of a period: tolerance within which an axis over whole turns is periodic
 _PROBES = 64  # cells that are checked before the first run
-MISSING = -1  # label of a cell that has not been run yet
-# Runs in a unit of work: those that are screened in batches; those that are each followed until the end, which take far longer.
-_TILE, _SMALL_TILE = {"full": 8192, "slow": 32_768}, 256
+MISSING = -1  # number of a cell that has not been run yet
 _FIRST_ROUND = 0.9  # estimated share of the first round in the runs on one level
 
 
 @dataclass(frozen=True)
-class MapAxis(VariedQuantity):
-    """An axis of a map. low, high: its ends, in SI. cells: of the coarsest map."""
+class QuantityRange(VariedQuantity):
+    """A quantity that differs from cell to cell, and its range. low, high: its ends, in SI."""
 
     low: float
     high: float
+
+    @classmethod
+    def of(cls, quantity: VariedQuantity, ends: Sequence[Value], key: str, **further: Any) -> Self:
+        """Build it from a quantity and its ends. Raises ``InputError`` at ``study.<key>`` where low is not below high."""
+        low, high = range_of(quantity.quantity, ends, key)
+        return cls(quantity.name, quantity.state, quantity.description, quantity.unit, low, high, **further)
+
+
+@dataclass(frozen=True)
+class MapAxis(QuantityRange):
+    """An axis of a map. cells: of the coarsest map. dimension: its name in the Dataset."""
+
     cells: int
+    dimension: str
 
     @property
     def is_periodic(self) -> bool:
@@ -64,14 +72,66 @@ class MapAxis(VariedQuantity):
         return np.asarray(self.low + (self.high - self.low) * (np.arange(count) + 0.5) / count)
 
 
-def map_axis(machine: Machine, name: str, definition: tuple[Value, Value, int]) -> MapAxis:
-    """Build an axis from its name, which is that of a dimension of the map. Raises ``InputError`` at ``study.axes.<name>``."""
-    key = f"axes.{name}"
-    if name.removeprefix("refined_") in VARIABLES:
-        raise InputError(f"study.{key}", name, "not allowed: a variable of the result has this name; rename the body")
-    variable = varied_quantity(machine, name, key)
-    low, high = range_of(variable.quantity, definition[:2], key)
-    return MapAxis(variable.name, variable.state, variable.description, variable.unit, low, high, definition[2])
+class CellOutcomes(Protocol):
+    """What becomes of the runs in M cells."""
+
+    @property
+    def outcome(self) -> np.ndarray:
+        """The number (M,) of each label."""
+        ...
+
+    @property
+    def failures(self) -> tuple[tuple[int, str], ...]:
+        """A sentence for each run without a result, by its index."""
+        ...
+
+
+class CellRuns(Protocol):
+    """Where the labels of cells come from: runs of a machine to their outcomes, or of equations to their attractors.
+
+    number_type: of the numbers of labels. has_named_axes: true where the dimensions of the map have the names of its axes.
+    """
+
+    number_type: ClassVar[type]
+    has_named_axes: ClassVar[bool]
+
+    @property
+    def readings(self) -> Mapping[str, tuple[str, str]]:
+        """Further numbers of each run, attributes of its outcomes, by name: words and unit."""
+        ...
+
+    @property
+    def runs_in_a_unit(self) -> int:
+        """The most runs in a unit of work."""
+        ...
+
+    @property
+    def unstable_labels(self) -> Sequence[int]:
+        """Numbers of labels that only a set of starts without area has."""
+        ...
+
+    def labels(self, numbers: np.ndarray) -> dict[int, str]:
+        """Return the labels of a map, by number. numbers: of its cells."""
+        ...
+
+    def quantity(self, name: str, key: str) -> VariedQuantity:
+        """Return the quantity that a name denotes. Raises ``InputError`` at ``study.<key>``."""
+        ...
+
+    def doubts(self, quantities: Sequence[VariedQuantity], places: np.ndarray) -> tuple[str, ...]:
+        """Return warnings of what the runs omit. places: values (q, M) of the quantities in some cells.
+
+        Raises ``InputError`` where no runs can be made.
+        """
+        ...
+
+    def outcomes(self, quantities: Sequence[VariedQuantity], places: np.ndarray, report: TaskReport) -> CellOutcomes:
+        """Return the outcomes of the runs from places (q, M)."""
+        ...
+
+    def with_outcomes(self, outcomes: Sequence[CellOutcomes]) -> Self:
+        """Return the runs that know what earlier ones have found."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -79,7 +139,7 @@ class TileOutcomes:
     """Outcomes of the runs in some cells (M,), numbered row by row."""
 
     cells: np.ndarray
-    members: MemberOutcomes
+    members: CellOutcomes
 
 
 @dataclass(frozen=True)
@@ -109,7 +169,12 @@ class Level:
     @property
     def total_runs(self) -> int:
         """Number of runs on this and all coarser levels."""
-        return self.runs + (self.coarser.total_runs if self.coarser is not None else 0)
+        return sum(level.runs for level in self.with_coarser_ones)
+
+    @property
+    def members(self) -> Sequence[CellOutcomes]:
+        """The outcomes of all tiles, in the order in which they were run."""
+        return [tile.members for level in self.with_coarser_ones for tile in level.tiles]
 
     @property
     def is_complete(self) -> bool:
@@ -118,95 +183,89 @@ class Level:
 
     @cached_property
     def outcome(self) -> np.ndarray:
-        """Index of each cell's outcome in ``OUTCOMES`` (y, x), ``MISSING`` where it is not computed."""
-        return self._cell_values("outcome", np.int8, MISSING)
-
-    @cached_property
-    def settling_time(self) -> np.ndarray:
-        """Settling times (y, x), NaN where the run has not settled or is not computed."""
-        return self._cell_values("settling_time", float, np.nan)
-
-    @cached_property
-    def peak_amplitude(self) -> np.ndarray:
-        """Peak amplitudes (y, x), NaN where they are not computed."""
-        return self._cell_values("peak_amplitude", float, np.nan)
-
-    @cached_property
-    def end_time(self) -> np.ndarray:
-        """Times until which the runs were integrated (y, x), NaN where they are not computed."""
-        return self._cell_values("end_time", float, np.nan)
+        """Number of each cell's label (y, x), ``MISSING`` where it is not computed."""
+        return self._cell_values(lambda _level, tile: tile.members.outcome, np.int16, MISSING)
 
     @cached_property
     def halvings_of(self) -> np.ndarray:
         """Level (y, x) on which each cell's run was made, ``MISSING`` where it is not computed."""
-        levels = self._inherited_values("halvings_of", np.int8, MISSING)
-        for tile in self.tiles:
-            levels[tile.cells] = self.halvings
-        return levels.reshape(self.shape)
+        return self._cell_values(lambda level, _tile: level.halvings, np.int8, MISSING)
 
-    def _inherited_values(self, name: str, kind: type, nothing: float) -> np.ndarray:
-        """Values inherited from the coarser level, blank in the cells that are run."""
-        values = np.full(self.shape, nothing, kind) if self.coarser is None else halve_cells(getattr(self.coarser, name))
-        flat: np.ndarray = values.ravel()
-        flat[self.requested_cells] = nothing
-        return flat
+    @property
+    def is_missing(self) -> np.ndarray:
+        """Mask (y, x) of the cells that are not computed."""
+        return np.asarray(self.halvings_of == MISSING)
 
-    def _cell_values(self, name: str, kind: type, nothing: float) -> np.ndarray:
-        values = self._inherited_values(name, kind, nothing)
+    def reading(self, name: str) -> np.ndarray:
+        """Return numbers of the runs (y, x), NaN where they are not computed."""
+        return self._cell_values(lambda _level, tile: getattr(tile.members, name), float, np.nan)
+
+    def _cell_values(self, value_of: Callable[[Level, TileOutcomes], Any], kind: type, nothing: float) -> np.ndarray:
+        """Values (y, x) of the runs, and those inherited from the coarser level; blank in the cells that are to be run."""
+        coarser = None if self.coarser is None else self.coarser._cell_values(value_of, kind, nothing)
+        values = np.full(self.shape, nothing, kind) if coarser is None else halve_cells(coarser)
+        values.flat[self.requested_cells] = nothing
         for tile in self.tiles:
-            values[tile.cells] = getattr(tile.members, name)
-        return values.reshape(self.shape)
+            values.flat[tile.cells] = value_of(self, tile)
+        return values
 
 
 @dataclass(frozen=True)
 class OutcomeMap:
-    """A map. question: for the run in each cell. axes: over x and over y. start: the rest of the start."""
+    """A map. axes: over x and over y. ranges: of further quantities, drawn at random in each cell, by the seed."""
 
-    question: EnsembleQuestion
+    runs: CellRuns
     axes: tuple[MapAxis, MapAxis]
-    start: Start
+    ranges: tuple[QuantityRange, ...] = ()
+    seed: int = 0
 
     @property
     def periodic(self) -> tuple[bool, bool]:
         """Periodicity of the map along y and x."""
         return self.axes[1].is_periodic, self.axes[0].is_periodic
 
+    @property
+    def quantities(self) -> tuple[VariedQuantity, ...]:
+        """All that differs from cell to cell."""
+        return (*self.axes, *self.ranges)
+
     def shape(self, halvings: int) -> tuple[int, int]:
         """Shape of the map (y, x)."""
         return self.axes[1].cells * 2**halvings, self.axes[0].cells * 2**halvings
 
-    def starts(self, halvings: int, cells: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Initial states (n, M) of the runs in some cells (M,) of a map, and the values (M,) of each parameter.
-
-        cells: numbered row by row. Raises ``InputError`` for a value that the machine does not allow.
-        """
+    def places(self, halvings: int, cells: np.ndarray) -> np.ndarray:
+        """The values (q, M) of the quantities in some cells (M,), numbered row by row; random ones of the coarsest map."""
         rows, columns = np.divmod(cells, self.shape(halvings)[1])
-        places = np.array([axis.centres(halvings)[of] for axis, of in zip(self.axes, (columns, rows), strict=True)])
-        return initial_states(self.question.machine, self.start, self.axes, places, "study.axes")
+        places = [axis.centres(halvings)[of] for axis, of in zip(self.axes, (columns, rows), strict=True)]
+        random = np.random.default_rng(self.seed)
+        return np.array([*places, *(random.uniform(r.low, r.high, np.prod(self.shape(0)))[cells] for r in self.ranges)])
 
-    def place(self, cell: int, halvings: int = 0) -> tuple[float, float]:
-        """The centre (x, y) of a cell."""
-        row, column = divmod(cell, self.shape(halvings)[1])
-        return float(self.axes[0].centres(halvings)[column]), float(self.axes[1].centres(halvings)[row])
-
-    def omissions(self) -> tuple[str, ...]:
-        """Warnings about the effects that the averaged equations omit.
-
-        Raises ``InputError`` if there are no such equations, if nothing would turn, and if a cell has a forbidden value.
-        """
+    def doubts(self) -> tuple[str, ...]:
+        """Return warnings of what the runs omit. Raises ``InputError`` where they cannot be made, or a value is forbidden."""
         rows, columns = self.shape(0)
         corners = [0, columns - 1, (rows - 1) * columns, rows * columns - 1]  # a forbidden value occurs in a corner
         cells = np.unique([*corners, *np.linspace(0, rows * columns - 1, _PROBES).astype(int)])
-        impossible_members = unrunnable_members(self.question.machine, *self.starts(0, cells))
-        place = self.place(int(next((c for m, c in enumerate(cells) if m not in impossible_members), 0)))
-        return omission_warnings(self.question, self.start, self.axes, place)
+        return self.runs.doubts(self.quantities, self.places(0, cells))
+
+    def errors(self, level: Level, number: int) -> tuple[float, float | None]:
+        """Return the uncertainty of the share of a label in 19 of 20 cases, and its bound; None of random starts.
+
+        Cells that only a set without area leads to belong by their area to other labels: by as much their shares may be off.
+        """
+        inside, unstable_labels = level.outcome == number, self.runs.unstable_labels
+        if number in unstable_labels:
+            return share(inside), share(inside)
+        off = share(np.isin(level.outcome, unstable_labels)) if number >= 0 else 0.0
+        if self.ranges:
+            return random_error(inside) + off, None
+        return uncertainty(inside, self.periodic) + off, error_bound(inside, self.periodic) + off
 
     def compute(self, refine: int, work: Work) -> Iterator[Level]:
         """Compute the map, its borders after so many halvings of the cells; yield the last level after each tile."""
-        shape, share = self.shape(0), _shares_of_work(refine)
+        shape, shares = self.shape(0), _shares_of_work(refine)
         level = Level(0, shape, None, np.arange(shape[0] * shape[1]))
         for halvings in range(refine + 1):
-            part = work.part(f"level {halvings}", *share[halvings])
+            part = work.part(f"level {halvings}", *shares[halvings])
             label = f"borders, level {halvings} of {refine}" if halvings else "all cells"
             if halvings:
                 mask = halve_cells(cells_to_halve(level.outcome, self.periodic, halvings == 1))
@@ -224,25 +283,19 @@ class OutcomeMap:
 
     def _compute_tiles(self, level: Level, label: str, work: Work) -> Iterator[Level]:
         """Run the remaining requested cells; yield the level after each tile, in any order."""
-        remaining = level.requested_cells[level.runs :]
-        is_fast = batching_obstacle(self.question) is None and is_screened(self.question.machine)
-        size = _TILE[self.question.model] if is_fast else _SMALL_TILE
+        remaining, size = level.requested_cells[level.runs :], self.runs.runs_in_a_unit
+        runs = replace(self, runs=self.runs.with_outcomes(level.members))
         # The size is in the name: another version may choose another one, and must not read these units as its own.
         cells = {f"tile {k} of {size}": remaining[k * size : (k + 1) * size] for k in range(-(-len(remaining) // size))}
-        tasks = {name: partial(self._outcomes_of_tile, level.halvings, tile_cells) for name, tile_cells in cells.items()}
+        tasks = {name: partial(runs._outcomes_of_tile, level.halvings, tile_cells) for name, tile_cells in cells.items()}
         tiles: dict[str, TileOutcomes] = {}
         for name, members in work.units(tasks, label):
             tiles[name] = TileOutcomes(cells[name], members)
             yield replace(level, tiles=(*level.tiles, *(tiles[n] for n in cells if n in tiles)))
 
-    def _outcomes_of_tile(self, halvings: int, cells: np.ndarray, report: Report) -> MemberOutcomes:
+    def _outcomes_of_tile(self, halvings: int, cells: np.ndarray, report: TaskReport) -> CellOutcomes:
         """Outcomes of the runs in some cells (M,) of a map, given by their numbers."""
-        starts, values = self.starts(halvings, cells)
-
-        def run(starts: np.ndarray, values: Mapping[str, np.ndarray]) -> MemberOutcomes:
-            return outcomes_of(self.question, starts, values, report=report)
-
-        return run_possible(run, self.question.machine, starts, values)
+        return self.runs.outcomes(self.quantities, self.places(halvings, cells), report)
 
     def _with_border_cells(self, level: Level) -> Level:
         """Request in addition the cells of a complete level that lie at a border and only have inherited values."""

@@ -52,6 +52,25 @@ class Jump:
     only_seen: bool
     bracket: tuple[float, float]
 
+    @property
+    def change(self) -> str:
+        """What changes most, in words."""
+        if math.isclose(self.from_speed, self.to_speed, rel_tol=1e-4):
+            return f"the amplitude jumps from {self.from_amplitude:.4g} to {self.to_amplitude:.4g}"
+        return f"the speed jumps from {self.from_speed:.5g} to {self.to_speed:.5g}"
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Where it is observed by the ramp only, that it is."""
+        if not self.only_seen:
+            return ()
+        low, high = self.bracket
+        return (
+            f"the jump near {self.value:.5g} is only known to lie between {low:.6g} and {high:.6g}: with "
+            "the parameter held before it, the machine does not remain in the state of the sweep; a lower rate shows where it "
+            "settles",
+        )
+
 
 def hysteresis(jumps: Sequence[Jump]) -> list[float] | None:
     """Return the range of values in which the state depends on the direction of the sweep; None if there is none."""

@@ -22,6 +22,7 @@ from wucht.errors import InputError, WuchtError
 from wucht.machines.machine import Machine
 from wucht.machines.operation import axis_at_rest, free_speed, natural_frequencies, net_torque
 from wucht.machines.schedules import SCHEDULE_WORK
+from wucht.machines.subject import Subject
 from wucht.machines.tree import RotatingBody
 from wucht.mechanics.lagrange import Coordinate
 from wucht.numerics.flow.compiled_system import CompiledSystem
@@ -93,9 +94,9 @@ def sweep_pace(machine: Machine, path: str, low: float, high: float, requested_r
     return SweepPace(response_time, fastest, turn, driven, rate, unit, samples, duration / samples, warnings)
 
 
-def rate_unit(machine: Machine, path: str) -> str:
+def rate_unit(subject: Subject, path: str) -> str:
     """Return the unit of a rate of a parameter: ``rad/s per s``."""
-    unit, time = machine.parameters[path].unit, machine.units.time
+    unit, time = subject.parameters[path].unit, subject.units.time
     return f"{unit} {f'per {time}' if time else 'a unit of time'}".strip()
 
 

@@ -28,7 +28,7 @@ _STRONGEST = 1e7  # m/s^2: in ultracentrifuges; bodies swing the faster, the str
 
 
 class PrescribedMotion(TableModel):
-    """x = amplitude cos(frequency t), 001 (13), or a measured displacement as points (time, displacement).
+    """x = amplitude cos(frequency t), Sperling et al. (13), or a measured displacement as points (time, displacement).
 
     Between points the displacement is a cubic spline, so that its velocity and acceleration are continuous; before the first
     and after the last it holds still, so the spline begins and ends with zero velocity.

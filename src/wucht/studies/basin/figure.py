@@ -1,4 +1,4 @@
-"""The figure of a map of basins: its outcomes, the settling time and the peak amplitude."""
+"""The figure of a map of basins: its outcomes, with the attractors of equations in them, settling time and peak amplitude."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wucht.plots.limit_set_curves import draw_limit_set
 from wucht.plots.scales import multiples_of_pi
 from wucht.plots.sheet import colour_bar, legend_beside, new_grid
-from wucht.plots.stability_lines import draw_region, field
+from wucht.plots.stability_lines import draw_region, entry, field
 from wucht.plots.style import GREY
-from wucht.results.attributes import number_in
+from wucht.results.attributes import number_in, text_in
 from wucht.results.formatting import parameter_in_words, percent, printed_unit, with_unit
 
 if TYPE_CHECKING:
@@ -27,21 +28,30 @@ _LOOKS = {
     "not-started": ("#A0A0A0", "oo"),
     "stopped": ("#404040", ""), "oscillating": ("#7F7F7F", "++"), "runaway": ("#6B1F00", "oo"),
     "unidentified": ("#FFFFFF", "xxx"), "failed": ("#000000", ".."),
+    "unsettled": ("#FFFFFF", "xxx"), "diverges": ("#404040", ""), "neutral": ("#8C8C8C", "++"),
 }  # fmt: skip
+_TONES = ("#5FAEDF", "#F5C04A", "#D9EFC9", "#E8A0BF", "#B9A7DA", "#F0E3B0", "#9CCFC0", "#C7C7C7")  # of attractors
 _DARK = {"#C24E00", "#9A5B84", "#0072B2", "#009E73", "#404040", "#7F7F7F", "#6B1F00", "#000000"}
 _NOT_COMPUTED, _BLANK = "not computed", "#EFEFEF"
+_SADDLES: dict[str, tuple[str, dict[str, Any]]] = {  # of each kind: its name, and how it is drawn
+    "equilibrium": ("saddle", {"linestyle": "", "marker": "x", "markersize": 6.5, "markeredgewidth": 2.0}),
+    "periodic": ("saddle orbit", {"linestyle": "--"}),
+}
 _HATCH_POINTS = 512  # points per side
 _SCALE = "viridis"
 
 
 def figure(result: xr.Dataset) -> Figure:
-    """Draw three maps over both axes from the Dataset alone; the refined map if the borders are refined."""
+    """Draw the maps over both axes from the Dataset alone; the refined ones if the borders are refined."""
     prefix = "refined_" if "refined_outcome" in result else ""
-    s = result.wucht.summary
-    below = f"{' x '.join(map(str, s['levels'][-1]['cells']))} cells, {s['runs']} runs"
-    maps = [name for name in (f"{prefix}settling_time", f"{prefix}peak_amplitude") if np.isfinite(result[name].values).any()]
+    rows, columns = result[f"{prefix}outcome"].shape
+    below = f"{columns} x {rows} cells, {result.wucht.summary['runs']} runs"
+    readings = [name for name in (f"{prefix}settling_time", f"{prefix}peak_amplitude") if name in result]
+    maps = [name for name in readings if np.isfinite(result[name].values).any()]
     fig, (outcomes, *axes) = new_grid(1 + len(maps), result.attrs["title"], below, heights=(3.2, 2.2), wide=1)
     handles = _outcomes(outcomes, result, prefix)
+    if "attractor_states" in result:
+        handles += _attractors(outcomes, result)
     for axis, name in zip(axes, maps, strict=True):
         _values(axis, result, name)
     for axis in (outcomes, *axes):
@@ -54,19 +64,56 @@ def _outcomes(axis: Axes, result: xr.Dataset, prefix: str) -> list[Any]:
     """Draw the map of outcomes; return legend entries with the share of each outcome."""
     from matplotlib.colors import ListedColormap
 
-    s, variable = result.wucht.summary, result[f"{prefix}outcome"]
-    fractions, off = s["fractions"], s["uncertainty"]
-    flags = dict(zip(np.asarray(variable.flag_values).tolist(), str(variable.flag_meanings).split(), strict=True))
-    present = [k for k in flags if (variable.values == k).any()]
-    looks = {k: _LOOKS.get(flags[k], (_BLANK, "")) for k in present}
+    fractions, variable = result.wucht.summary["fractions"], result[f"{prefix}outcome"]
+    names = dict(zip(np.asarray(variable.flag_values).tolist(), str(variable.flag_meanings).split(), strict=True))
+    present = np.unique(variable.values).tolist()
+    looks = {k: _look(k, names[k], "attractor_states" in result) for k in present}
     tones = ListedColormap([colour for colour, _ in looks.values()])
     places = np.searchsorted(present, variable.values).astype(np.int8)
     _image(axis, result, places, cmap=tones, vmin=-0.5, vmax=len(present) - 0.5)
     _hatches(axis, result, variable.values, looks)
-    words = {k: _NOT_COMPUTED if k < 0 else f"{flags[k]}: {percent(fractions[flags[k]], off[flags[k]])}" for k in present}
     axis.set_title("outcome and share of the map")
-    order = sorted(present, key=lambda k: -fractions.get(flags[k], -1.0))
+    order = sorted(present, key=lambda k: -fractions.get(names[k], -1.0))
+    words = {k: _share_text(result, names[k]) for k in present}
     return [field(words[k], *looks[k], edge=_edge(looks[k][0]) if looks[k][1] else GREY) for k in order]
+
+
+def _look(number: int, name: str, has_attractors: bool) -> tuple[str, str]:
+    """Return colour and hatch of an outcome."""
+    of_attractor = (_TONES[number % len(_TONES)], "") if has_attractors else (_BLANK, "")
+    return _LOOKS.get(name, of_attractor)
+
+
+def _share_text(result: xr.Dataset, name: str) -> str:
+    """Return an outcome with its share; what only a set without area leads to has a share of the starts only."""
+    s = result.wucht.summary
+    if name not in s["fractions"]:
+        return _NOT_COMPUTED
+    if name in _saddle_kinds(result):
+        return f"{name}: {percent(s['fractions'][name])} of the starts"
+    return f"{name}: {percent(s['fractions'][name], s['uncertainty'][name])}"
+
+
+def _saddle_kinds(result: xr.Dataset) -> dict[str, str]:
+    """Return the kind of each unstable equilibrium and orbit, by its label."""
+    return {one["label"]: one["kind"] for one in result.wucht.summary.get("attractors", ()) if one["stable"] is False}
+
+
+def _attractors(axis: Axes, result: xr.Dataset) -> list[Any]:
+    """Draw the attractors, and what is unstable otherwise: an equilibrium as a cross, an orbit dashed. Returns entries."""
+    names, kinds = [str(n) for n in result.state.values], {a["label"]: a["kind"] for a in result.wucht.summary["attractors"]}
+    rows, saddles = [names.index(text_in(result, f"{k}_axis")) for k in "xy"], _saddle_kinds(result)
+    turning = np.array([number_in(result, f"{k}_is_angle") for k in "xy"]) > 0
+    (x_low, x_high), (y_low, y_high) = (_ends(result, k) for k in "xy")
+    for samples, name in zip(result.attractor_states.values, result.attractor.values.astype(str), strict=True):
+        look = _SADDLES[saddles[name]][1] if name in saddles else {}
+        draw_limit_set(axis, samples[rows], turning, kinds[name], (x_low, y_low), color="black", **look)
+    axis.set(xlim=(x_low, x_high), ylim=(y_low, y_high))
+    attracting = (
+        [entry("attractors", color="black", linestyle="", marker="o", markersize=3)] if len(kinds) > len(saddles) else []
+    )
+    looks = [_SADDLES[kind] for kind in dict.fromkeys(saddles.values())]
+    return attracting + [entry(f"{name}, reached from a set without area", color="black", **look) for name, look in looks]
 
 
 def _image(axis: Axes, result: xr.Dataset, values: np.ndarray, **look: Any) -> Any:

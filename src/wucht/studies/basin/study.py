@@ -6,17 +6,16 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 from pydantic import BeforeValidator, Field
 
-from wucht.dynamics.limit_sets.attractor_maps import AttractorMap, state_axis
-from wucht.dynamics.limit_sets.conservation import CONSERVATIVE, preserves_volume
+from wucht.dynamics.limit_sets.attractor_runs import AttractorRuns
 from wucht.dynamics.limit_sets.long_run import LongRunSettings
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_variations import check_given_once
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion
-from wucht.dynamics.sampling.outcome_maps import OutcomeMap, map_axis
-from wucht.dynamics.system_states import refuse_machine_keys, state_range, state_row, states_from
+from wucht.dynamics.sampling.outcome_maps import CellRuns, MapAxis, OutcomeMap, QuantityRange
+from wucht.dynamics.sampling.outcome_runs import OutcomeRuns
+from wucht.dynamics.system_states import refuse_machine_keys
 from wucht.dynamics.work import Work
 from wucht.errors import FieldError, InputError
 from wucht.machines.machine import Machine
@@ -24,9 +23,8 @@ from wucht.machines.subject import Subject
 from wucht.schema import Composite, composite
 from wucht.studies import key_types as common
 from wucht.studies.answer import Answer
-from wucht.studies.basin.answer import state_outcomes
+from wucht.studies.basin.answer import Details, state_outcome_map, state_times
 from wucht.studies.basin.attractor_answer import state_attractors
-from wucht.studies.basin.attractor_figure import attractor_figure
 from wucht.studies.basin.figure import figure
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.shared_keys import EnsembleStudy, entries_by_path
@@ -63,14 +61,15 @@ Axes = Annotated[
 
 def _ranges(raw: Any) -> Any:
     if not isinstance(raw, Mapping):
-        raise ValueError("must be a table: ranges = { STATE = [low, high], ... }")
-    for name, pair in raw.items():
+        raise ValueError("must be a table: ranges = { NAME = [low, high], ... }")
+    for name, pair in entries_by_path(raw):
         if not isinstance(pair, list | tuple) or len(pair) != 2:
             raise ValueError(f"must give a pair [low, high] for {name}")
-    return {str(name): tuple(pair) for name, pair in raw.items()}
+    return {name: tuple(pair) for name, pair in entries_by_path(raw)}
 
 
-StateRanges = Annotated[dict[str, tuple[common.Value, common.Value]], BeforeValidator(_ranges)]
+Ranges = Annotated[dict[str, tuple[common.Value, common.Value]], BeforeValidator(_ranges)]
+Prepared = tuple[OutcomeMap, tuple[str, ...], Details]  # with warnings, and what is stated further
 
 
 class Basin(EnsembleStudy):
@@ -95,9 +94,9 @@ class Basin(EnsembleStudy):
         "reach another one's border can be missed"
     ))  # fmt: skip
 
-    ranges: Composite[StateRanges] = composite(default_factory=dict, title="ranges of further states", description=(
-        "ranges of further states of a system, {name = [lo, hi]}, from which each cell draws its start at random; states "
-        "without a range have their values of `start`"
+    ranges: Composite[Ranges] = composite(default_factory=dict, title="ranges of further quantities", description=(
+        "{name = [lo, hi]}: start states (of a machine parameters, too) that each cell draws at random; what is neither here "
+        "nor in `axes` is as in `start`"
     ))  # fmt: skip
     seed: common.Whole = Field(default=0, ge=0, title="seed of the random starts", description="seed of the random starts")
 
@@ -113,56 +112,47 @@ class Basin(EnsembleStudy):
             requirement = f"there must be at most {MOST_CELLS} cells in the map, not {finest}"
             raise InputError("study.axes", f"{cells[0]} x {cells[1]}{refinement}", requirement)
 
-    def prepare(self, subject: Subject) -> tuple[OutcomeMap, tuple[str, ...]] | AttractorMap:
-        """Return the map; of a machine with warnings of what averaged equations omit. Raises ``InputError``."""
-        return self._outcome_map(subject) if isinstance(subject, Machine) else self._attractor_map(subject)
-
-    def _outcome_map(self, machine: Machine) -> tuple[OutcomeMap, tuple[str, ...]]:
-        if self.ranges:
-            raise InputError("study.ranges", dict(self.ranges), "allowed for a table [system] only", code="system-only")
-        x, y = (map_axis(machine, name, definition) for name, definition in self.axes.items())
-        initial_state(machine, self.start)
-        check_given_once((x, y), self.start, "axes", "the other axis")
-        parameters = tuple(axis.name for axis in (x, y) if axis.state is None)
-        question = EnsembleQuestion(
-            machine, parameters, self.model, self.inertia, self.order, self.until, tolerance=self.tolerance
-        )
-        map_ = OutcomeMap(question, (x, y), self.start)
-        return map_, map_.omissions()
-
-    def _attractor_map(self, subject: Subject) -> AttractorMap:
-        refuse_machine_keys(self, _KEYS_OF_MACHINES)
-        if preserves_volume(subject):
-            raise InputError("system", subject.title or None, f"has no basins: {CONSERVATIVE}", code="conservative")
-        start = states_from(subject.system, self.start, "study.start")
-        x, y = (state_axis(subject, name, definition) for name, definition in self.axes.items())
-        for name in (*self.axes, *self.ranges):
-            if name in self.start or (name in self.axes and name in self.ranges):
-                raise InputError(
-                    f"study.{'start' if name in self.start else 'ranges'}.{name}", name, "the state is given twice"
-                )
+    def prepare(self, subject: Subject) -> Prepared:
+        """Return the map, with warnings of what averaged equations omit. Raises ``InputError``."""
+        runs, details = self._runs(subject)
         if self.ranges and self.refine:
             requirement = "not allowed with ranges: random starts mix the basins, and there is no border that could be refined"
             raise InputError("study.refine", self.refine, requirement)
-        starts = np.repeat(start[:, None], x.cells * y.cells, axis=1)
-        random = np.random.default_rng(self.seed)
-        for name, pair in self.ranges.items():
-            row = state_row(subject.system, name, f"study.ranges.{name}")
-            starts[row] = random.uniform(*state_range(name, pair, f"study.ranges.{name}"), starts.shape[1])
-        return AttractorMap(subject, (x, y), starts, LongRunSettings(self.until, self.tolerance))
+        x, y = (self._axis(runs, letter, name) for letter, name in zip("xy", self.axes, strict=True))
+        ranges = tuple(
+            QuantityRange.of(runs.quantity(name, f"ranges.{name}"), pair, f"ranges.{name}")
+            for name, pair in self.ranges.items()
+        )
+        check_given_once((x, y), self.start, "axes", "the other axis")
+        check_given_once((x, y, *ranges), self.start, "ranges", "an axis or another range")
+        map_ = OutcomeMap(runs, (x, y), ranges, self.seed)
+        return map_, map_.doubts(), details
 
-    def solve(
-        self, subject: Subject, prepared: tuple[OutcomeMap, tuple[str, ...]] | AttractorMap, work: Work
-    ) -> Iterator[Answer]:
-        """Compute the map tile by tile, or level by level."""
-        if isinstance(prepared, AttractorMap):
-            for labels in prepared.compute(self.refine, work):
-                yield Answer(None, partial(state_attractors, prepared, bool(self.ranges), labels))
-            return
-        map_, omissions = prepared
+    def _axis(self, runs: CellRuns, letter: str, name: str) -> MapAxis:
+        *ends, cells = self.axes[name]
+        if runs.has_named_axes and name.removeprefix("refined_") in {"outcome", "level", *runs.readings}:
+            requirement = "not allowed: a variable of the result has this name; rename the body"
+            raise InputError(f"study.axes.{name}", name, requirement)
+        dimension = name if runs.has_named_axes else letter
+        return MapAxis.of(runs.quantity(name, f"axes.{name}"), ends, f"axes.{name}", cells=cells, dimension=dimension)
+
+    def _runs(self, subject: Subject) -> tuple[CellRuns, Details]:
+        """The runs in the cells, of a machine or of equations, and what is stated of them alone."""
+        if not isinstance(subject, Machine):
+            refuse_machine_keys(self, _KEYS_OF_MACHINES)
+            return AttractorRuns.of(subject, self.start, LongRunSettings(self.until, self.tolerance)), state_attractors
+        initial_state(subject, self.start)
+        parameters = tuple(name for name in (*self.axes, *self.ranges) if name in subject.parameters)
+        settings = (self.model, self.inertia, self.order, self.until)
+        question = EnsembleQuestion(subject, parameters, *settings, tolerance=self.tolerance)
+        return OutcomeRuns(question, self.start), state_times
+
+    def solve(self, subject: Subject, prepared: Prepared, work: Work) -> Iterator[Answer]:
+        """Compute the map tile by tile, level by level."""
+        map_, doubts, details = prepared
         for level in map_.compute(self.refine, work):
-            yield Answer(map_.question.machine.units, partial(state_outcomes, map_, omissions, self.refine, level))
+            yield Answer(subject.units, partial(state_outcome_map, map_, doubts, details, self.refine, level))
 
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw the maps, the refined ones if the borders are refined."""
-        return attractor_figure(result) if "attractor_states" in result else figure(result)
+        return figure(result)

@@ -83,7 +83,7 @@ class OrbitBranch(Study):
     show: str | None = Field(default=None, description="state of a system that is drawn")
     ranges: Composite[Ranges | None] = composite(default=None)
     inertia: Inertia | None = Field(default=None, description=(
-        "whether the averaged equations keep the inertia of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62), "
+        "whether averaged equations keep the inertia of balancing bodies; false: strongly damped, Drozdetskaya (4.60)-(4.62), "
         "the default of the dimensionless machines where all are damped"
     ))  # fmt: skip
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -22,33 +23,39 @@ from wucht.studies.phase_portrait.answer import padded_items
 
 _MOST_SAMPLES = 4000  # of a trajectory, and of what it tends to
 
-# The rows of the two states; lowest and highest value (n,) of all states; and starts (n, k) of trajectories.
-Projection = tuple[tuple[int, int], np.ndarray, np.ndarray, np.ndarray]
+
+@dataclass(frozen=True, eq=False)
+class StateProjection:
+    """Two states, by their rows; the lowest and the highest value (n,) of all states; and starts (n, k) of trajectories."""
+
+    rows: tuple[int, int]
+    low: np.ndarray
+    high: np.ndarray
+    starts: np.ndarray
 
 
-def project_states(subject: Subject, prepared: Projection, work: Work) -> Iterator[Answer]:
+def project_states(subject: Subject, projection: StateProjection, work: Work) -> Iterator[Answer]:
     """Yield the answer after each trajectory."""
-    _, low, high, starts = prepared
-    search = partial(equilibria_in_ranges, subject.system, subject.values, low, high)
+    search = partial(equilibria_in_ranges, subject.system, subject.values, projection.low, projection.high)
     equilibria, eigenvalues = work.unit("equilibria", search)
     runs = list[LongRun]()
-    for k, start in enumerate(starts.T):
-        work.report(k / starts.shape[1], "trajectories")
+    for k, start in enumerate(projection.starts.T):
+        work.report(k / projection.starts.shape[1], "trajectories")
         runs.append(work.unit(f"trajectory {k + 1}", partial(long_run, subject, start)))
-        yield _answer(subject, prepared, equilibria, eigenvalues, runs)
+        yield _answer(subject, projection, equilibria, eigenvalues, runs)
     if not runs:
-        yield _answer(subject, prepared, equilibria, eigenvalues, runs)
+        yield _answer(subject, projection, equilibria, eigenvalues, runs)
 
 
 def _answer(
     subject: Subject,
-    prepared: Projection,
+    projection: StateProjection,
     equilibria: np.ndarray,
     eigenvalues: Sequence[np.ndarray],
     runs: Sequence[LongRun],
 ) -> Answer:
     """equilibria: (n, e), with their eigenvalues. runs: the trajectories."""
-    a, (rows, low, high, _), names = Answer(), prepared, subject.system.state_names
+    a, rows, names = Answer(), projection.rows, subject.system.state_names
     turning = [int(s in subject.system.angles) for s in subject.system.states]
     a.attribute(abscissa=rows[0], ordinate=rows[1], turning=turning, subject="system")
     a.assume(f"equilibria are those to which Newton's method leads from {SEARCHES} starts in the ranges: there may be more")
@@ -80,7 +87,7 @@ def _answer(
     curves = padded_items([[one.samples(_MOST_SAMPLES)[1] for one in sets]], (len(names), -1))[0]
     a.curve("limit_sets", curves, "state on what trajectories tend to", "", "limit_set state place")
     a.curve("limit_set_kind", np.array([str(one.kind) for one in sets], "U16"), "kind", "", "limit_set")
-    a.curve("drawn", np.stack([low, high], axis=1), "range of the state", "", "state end")
+    a.curve("drawn", np.stack([projection.low, projection.high], axis=1), "range of the state", "", "state end")
     counts = [f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(kinds)]
     set_kinds = [one.kind for one in sets]
     ends = [f"{set_kinds.count(kind)} {kind}" for kind in dict.fromkeys(set_kinds)]

@@ -31,7 +31,7 @@ from wucht.studies.answer import Answer
 from wucht.studies.key_types import Inertia, Order, Path, TrueOrFalse, Value, Values, Whole
 from wucht.studies.phase_portrait.answer import PortraitOf, state_portraits
 from wucht.studies.phase_portrait.figure import figure
-from wucht.studies.phase_portrait.state_projection import Projection, project_states
+from wucht.studies.phase_portrait.state_projection import StateProjection, project_states
 from wucht.studies.study import Study
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ class PhasePortrait(Study):
         "ranges of the states, by name: the window; of an angle its range in the figure"
     ))  # fmt: skip
     together: Composite[Together | None] = composite(default=None, title="bodies that keep equal phases", description=(
-        "true or names of bodies: they keep equal phases (002 (5.17)-(5.18): true); refused where they would not"
+        "true or names of bodies: they keep equal phases (Drozdetskaya (5.17)-(5.18): true); refused where they would not"
     ))  # fmt: skip
     speed: SI[float | None] = si("rad/s", "speed", default=None, help="speed at which the main rotor is held")
     inertia: Inertia | None = Field(default=None, description=(
@@ -140,23 +140,21 @@ class PhasePortrait(Study):
         """See ``Study``."""
         return "" if self.speed is None else "the main rotor held at study.speed"
 
-    def prepare(self, subject: Subject) -> Planar | Projection:
+    def prepare(self, subject: Subject) -> Planar | StateProjection:
         """Return the portraits. Raises ``InputError`` where the subject has no two states, or a key does not fit it."""
-        if not isinstance(subject, Machine) and len(subject.system.states) > 2:
+        is_machine = isinstance(subject, Machine)
+        if not is_machine and len(subject.system.states) > 2:
             return self._projection(subject)
         if self.show:
             raise InputError("study.show", list(self.show), "allowed for a table [system] of more than two states only")
+        if not is_machine:
+            refuse_machine_keys(self, _KEYS_OF_MACHINES, "allowed only for a machine: [system] states its two states")
         values: tuple[float | None, ...] = (None,)
         if self.along is not None:
             values = tuple(dict.fromkeys(values_of(subject, parameter_of(subject, self.along), self.values)))
         subjects = [subject if v is None else subject.with_values({self.along or "": v}) for v in values]
         sections = [self._section(s) if isinstance(s, Machine) else None for s in subjects]
-        systems = [
-            (section.system, section.values) if section is not None else (s.system, s.values)
-            for section, s in zip(sections, subjects, strict=True)
-        ]
-        if not isinstance(subject, Machine):
-            self._refuse_keys_of_machines()
+        systems = [(s.system, s.values) for s in (section or one for section, one in zip(sections, subjects, strict=True))]
         first = sections[0]
         axes = first.axes if first is not None else system_axes(systems[0][0])
         ranges = self._read_ranges(axes)
@@ -170,7 +168,7 @@ class PhasePortrait(Study):
         cases = list(zip(values, planes, sections, strict=True))
         return cases, axes, drawn_ranges(planes[0], axes, ranges), self._starts(planes[0], axes)
 
-    def _projection(self, subject: Subject) -> Projection:
+    def _projection(self, subject: Subject) -> StateProjection:
         """Return the projection. Raises ``InputError`` where a key does not fit, or a range is missing."""
         refuse_machine_keys(self, _KEYS_OF_MACHINES)
         refuse_machine_keys(self, _KEYS_OF_THE_PLANE, "allowed for two states only, not for a projection of more")
@@ -190,17 +188,10 @@ class PhasePortrait(Study):
         else:
             states = [states_from(system, start, f"study.trajectories[{k}]") for k, start in enumerate(self.trajectories)]
             starts = np.array(states).reshape(-1, len(names)).T
-        return (names.index(shown_names[0]), names.index(shown_names[1])), low, high, starts
+        return StateProjection((names.index(shown_names[0]), names.index(shown_names[1])), low, high, starts)
 
     def _section(self, machine: Machine) -> Section:
         return planar_section(machine, self.together, self.speed, self.inertia, self.order, self.kind)
-
-    def _refuse_keys_of_machines(self) -> None:
-        for key in _KEYS_OF_MACHINES:
-            if key in self.model_fields_set and getattr(self, key) is not None:
-                raise InputError(
-                    f"study.{key}", getattr(self, key), "allowed only for a machine: [system] states its two states"
-                )
 
     def _read_ranges(self, axes: tuple[Axis, ...]) -> dict[str, tuple[float, float]]:
         refuse_unknown(self.ranges, [a.name for a in axes], "study.ranges")
@@ -234,9 +225,9 @@ class PhasePortrait(Study):
                     raise InputError(f"{key}.{a.name}", start[a.name], requirement)
         return starts
 
-    def solve(self, subject: Subject, prepared: Any, work: Work) -> Iterator[Answer]:
+    def solve(self, subject: Subject, prepared: Planar | StateProjection, work: Work) -> Iterator[Answer]:
         """Compute one portrait after the other; of a projection one trajectory after the other."""
-        if not isinstance(subject, Machine) and len(subject.system.states) > 2:
+        if isinstance(prepared, StateProjection):
             yield from project_states(subject, prepared, work)
             return
         cases, axes, ranges, starts = prepared

@@ -1,10 +1,11 @@
-"""Several run-ups in one answer: both models of one, or many of several initial states or values of a parameter."""
+"""Several runs in one answer: both models of one, or many of several initial states or values of a parameter."""
 
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,25 +13,38 @@ import numpy as np
 
 from wucht.dynamics.run_ups.deviations import compared_motion, deviations_by_angle, deviations_by_phase
 from wucht.dynamics.run_ups.run_up import Motion
+from wucht.dynamics.work import Work
 from wucht.results.formatting import number_text
 from wucht.results.quantities import Quantity
 from wucht.studies.answer import Answer
-from wucht.studies.run_up.figure import mean_phase, rotor_angle
 
 _COMPARED_VARIABLES = ("angle", "speed", "amplitude", "phase", "rotor_phase", "radius")
-_MOST_SAMPLES = 20_000  # of a run
-_STORED_VARIABLES = ("speed", "amplitude", "phase", "energy_residual", "slow_speed", "slow_amplitude")
-_SLOW = "  averaged equations"
+
+Fill = Callable[[Answer], None]
 
 
 @dataclass(frozen=True)
-class RunCase:
-    """One run. start: as the question gives it. value: of the parameter ``along``, if there is one. run: to be integrated."""
+class Run(ABC):
+    """One run of a subject. start: as the question gives it. value: of the parameter ``along``, if there is one."""
 
     label: str
     start: Mapping[str, Any]
     value: float | None
-    run: Any
+
+    @property
+    @abstractmethod
+    def stored_numbers(self) -> float:
+        """A bound of the numbers that it stores."""
+
+    @abstractmethod
+    def follow(self, work: Work) -> Iterator[tuple[Fill, bool]]:
+        """Integrate it, and yield, as far as it is known, a function that states it, and whether it is complete."""
+
+    @abstractmethod
+    def state_many(
+        self, a: Answer, along: str | None, runs: Sequence[Any], results: Sequence[Answer], finished_count: int
+    ) -> None:
+        """State many runs like this one, which may be fewer than all. finished_count: how many of them are complete."""
 
 
 def printed_number(a: Answer, value: float | None, unit: str) -> str:
@@ -54,7 +68,7 @@ def state_averaged(a: Answer, motions: Sequence[Motion], slow: Answer) -> None:
             values = _pad(slow_by_name[name].value, np.shape(q.value)[-1])
             a.add([replace(q, name=f"slow_{name}", value=values, long_name=f"{q.long_name}, averaged equations")])
     a.number("slow", slow.summary, "the same of the averaged equations")
-    a.line("slow", f"{slow.summary['outcome']}, {_end_in_words(a, slow.summary)}")
+    a.line("slow", f"{slow.summary['outcome']}, {end_in_words(a, slow.summary)}")
     courses, speed, length = (compared_motion(motions[0]), compared_motion(motions[1])), full["speed"].unit, full["radius"].unit
     deviations = {"at_equal_angle": deviations_by_angle(*courses), "at_equal_phase": deviations_by_phase(*courses)}
     largest = {k: d and dict(zip(("speed", "amplitude"), d.largest, strict=True)) for k, d in deviations.items()}
@@ -72,7 +86,7 @@ def state_averaged(a: Answer, motions: Sequence[Motion], slow: Answer) -> None:
     a.attribute(model="both")
 
 
-def _end_in_words(a: Answer, summary: Mapping[str, Any]) -> str:
+def end_in_words(a: Answer, summary: Mapping[str, Any]) -> str:
     """Return the final speed and amplitude of a run."""
     amplitude = printed_number(a, summary["final_amplitude"], summary["amplitude_unit"])
     return f"{printed_number(a, summary['final_speed'], 'rad/s')}, amplitude {amplitude}"
@@ -84,14 +98,20 @@ def _pad(values: Any, length: int) -> np.ndarray:
     return np.pad(array, [(0, 0)] * (array.ndim - 1) + [(0, length - array.shape[-1])], constant_values=np.nan)
 
 
-def stack_padded(arrays: Sequence[Any]) -> np.ndarray:
-    """Stack arrays (..., N) of different lengths, padded with NaN."""
-    longest = max(np.shape(a)[-1] for a in arrays)
-    return np.stack([_pad(a, longest) for a in arrays])
+def variables_of_cases(runs: Sequence[Mapping[str, Quantity]], names: Sequence[str], most_samples: int) -> list[Quantity]:
+    """Return variables of runs, by name, stacked over the runs: of so many samples each at most, padded with NaN."""
+    variables = list[Quantity]()
+    for name in (name for name in names if name in runs[0]):
+        stretches = [np.asarray(run[name].value)[..., :: -(-len(run["time"].value) // most_samples)] for run in runs]
+        longest = max(values.shape[-1] for values in stretches)
+        dimensions = f"case {runs[0][name].dimensions}".replace(" time", " sample")
+        values = np.stack([_pad(values, longest) for values in stretches])
+        variables.append(replace(runs[0][name], value=values, dimensions=dimensions, coordinate=False))
+    return variables
 
 
 def state_cases(
-    a: Answer, along: str | None, cases: Sequence[RunCase], results: Sequence[Answer], finished_count: int,
+    a: Answer, along: str | None, cases: Sequence[Run], results: Sequence[Answer], finished_count: int,
     further_parts: Mapping[str, str],
 ) -> None:  # fmt: skip
     """State many runs, which may be fewer than the cases: how many have which outcome, and the summary of each.
@@ -115,46 +135,3 @@ def state_cases(
     a.number("outcomes", dict(count), "number of runs of each outcome")
     a.number("along", along, "parameter that differs")
     a.number("cases", rows, "the runs", parts=parts)
-
-
-def state_machine_runs(
-    a: Answer, along: str | None, over: str, cases: Sequence[RunCase], results: Sequence[Answer], finished_count: int
-) -> None:
-    """State many run-ups of a machine over time, sampled no more densely than a figure needs, and a line for each."""
-    state_cases(a, along, cases, results, finished_count, {})
-    summaries = [r.summary for r in results]
-    a.verdict = ", ".join(f"{n} {outcome}" for outcome, n in Counter(s["outcome"] for s in summaries).items())
-    names = [name for c, s in zip(cases, summaries, strict=False) for name in (c.label, _SLOW if "slow" in s else "")]
-    width = max(map(len, names))
-    for case, s in zip(cases, summaries, strict=False):
-        a.line(f"{case.label:{width}}  {s['outcome']:20} {_end_in_words(a, s)}", "")
-        if "slow" in s:
-            deviation, far = s["deviations"]["at_equal_angle"], ""
-            if deviation is not None:
-                amplitude = printed_number(a, deviation["amplitude"], s["amplitude_unit"])
-                far = f"; deviation {printed_number(a, deviation['speed'], 'rad/s')}, {amplitude} at most"
-            a.line(f"{_SLOW:{width}}  {s['slow']['outcome']:20} {_end_in_words(a, s['slow'])}{far}", "")
-    runs = [{q.name: q for q in r.quantities if q.dimensions is not None} | _abscissae(r, over) for r in results]
-    first = runs[0]
-    for name in (*_STORED_VARIABLES, "abscissa", "slow_abscissa", "time"):
-        if name in first:
-            stretches = [np.asarray(run[name].value)[..., :: -(-len(run["time"].value) // _MOST_SAMPLES)] for run in runs]
-            dimensions = f"case {first[name].dimensions}".replace("time", "sample")
-            a.add([replace(first[name], value=stack_padded(stretches), dimensions=dimensions)])
-    a.add([first["body"]])
-    a.curve("case", [c.label for c, _ in zip(cases, results, strict=False)], "case")
-
-
-def _abscissae(result: Answer, over: str) -> dict[str, Quantity]:
-    """Return the abscissa of the figure for each model of a run; none where that is the time."""
-    values = {q.name: np.asarray(q.value) for q in result.quantities if q.dimensions is not None}
-    models = [model for model in ("", "slow_") if f"{model}angle" in values and over != "time"]
-    words = "angle of the rotor" if over == "phi" else "mean phase of the bodies"
-
-    def abscissa(angle: np.ndarray) -> np.ndarray:
-        return rotor_angle(angle) if over == "phi" else mean_phase(angle, values["phase"])
-
-    return {
-        f"{model}abscissa": Quantity(f"{model}abscissa", abscissa(values[f"{model}angle"]), words, "rad", "time")
-        for model in models
-    }

@@ -9,27 +9,24 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field
 
-from wucht.dynamics.limit_sets.long_run import INTERVALS, LongRun, LongRunSettings, long_run
+from wucht.dynamics.limit_sets.long_run import LongRunSettings
 from wucht.dynamics.parameters import parameter_of, values_of
-from wucht.dynamics.run_ups.contacts import ContactCheck, check_contacts
-from wucht.dynamics.run_ups.hanging_start import is_hanging_start
-from wucht.dynamics.run_ups.horizon import RunSettings, numbers_per_sample
-from wucht.dynamics.run_ups.neighbours import Neighbour, neighbour_of
-from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
+from wucht.dynamics.run_ups.horizon import RunSettings
+from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.run_ups.run_variations import start_states
-from wucht.dynamics.system_states import refuse_machine_keys
+from wucht.dynamics.system_states import refuse_machine_keys, refuse_singular_start, states_from
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.subject import Subject
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
-from wucht.studies.key_types import Path, Starts, Values
+from wucht.studies.key_types import Path, Starts, TrueOrFalse, Values
 from wucht.studies.next_question import NextQuestion
-from wucht.studies.run_up.answer import fill_run
-from wucht.studies.run_up.combined_runs import RunCase, state_machine_runs
+from wucht.studies.run_up.combined_runs import Fill, Run
+from wucht.studies.run_up.equation_run import EquationRun
 from wucht.studies.run_up.figure import run_up_figure
-from wucht.studies.run_up.system_run import MOST_PLACES, fill_system_run, fill_system_runs, system_cases
+from wucht.studies.run_up.machine_run import MachineRun
 from wucht.studies.single_run import SingleRun
 
 if TYPE_CHECKING:
@@ -37,8 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_RUNS = 500
-_MOST_SAMPLES = 1_000_000  # of all runs of equations together
-_SHARE_BESIDE_CONTACTS = 0.4  # of the work in a run, where it may be made again with stiffer contacts
+_MOST_SAMPLES, _MOST_PLACES = 1_000_000, 20_001  # of all runs of equations together: over time, of what they tend to
 _KEYS_OF_MACHINES = ("turns", "model", "inertia", "order", "speed_limit", "over", "deck")
 
 
@@ -83,6 +79,11 @@ class RunUp(SingleRun):
         title="largest number of stored samples, of all runs together",
         description="largest number of stored samples, of all runs together; by default a million, or as many as take 240 MB",
     )
+    limit_set: TrueOrFalse | None = Field(
+        default=None,
+        description="whether the motion is followed until it is known what it tends to: an orbit with its period and Floquet "
+        "multipliers, a torus, or a chaotic motion with its largest Lyapunov exponent; of a table [system] always",
+    )
     over: Literal["time", "phi", "psi"] = Field(default="time", description=(
         "abscissa of the figure: `\"time\"`, `\"phi\"` (the rotor's angle) or `\"psi\"` (mean phase of its bodies)"
     ))  # fmt: skip
@@ -114,116 +115,79 @@ class RunUp(SingleRun):
         """True if it has many runs."""
         return bool(self.starts or self.values)
 
-    def prepare(self, subject: Subject) -> tuple[RunCase, ...]:
+    def prepare(self, subject: Subject) -> tuple[Run, ...]:
         """Return the runs, at least one. Raises ``InputError``."""
-        if not isinstance(subject, Machine):
-            refuse_machine_keys(self, _KEYS_OF_MACHINES)
-            starts = {f"study.starts[{k}]": start for k, start in enumerate(self.starts)} or {"study.start": self.start}
-            return system_cases(subject, starts, bool(self.starts), self.along, self.values)
-        if self.over == "psi" and not any(b.about == subject.rotor.name for b in subject.bodies):
-            raise InputError("study.over", self.over, "must be 'time' or 'phi': no body turns about the rotor")
-        cases = list[RunCase]()
-        values = (None,) if self.along is None else values_of(subject, parameter_of(subject, self.along), self.values)
-        for value in values:
-            variant = subject if self.along is None or value is None else subject.with_values({self.along: value})
-            cases += [self._case(variant, start, value) for start in self.starts or (self.start,)]
-        return tuple(cases)
+        starts = {f"study.starts[{k}]": start for k, start in enumerate(self.starts)} or {"study.start": self.start}
+        parameter, runs = None if self.along is None else parameter_of(subject, self.along), list[Run]()
+        for value in (None,) if parameter is None else values_of(subject, parameter, self.values):
+            variant, names = subject, list[str]()
+            if parameter is not None and value is not None:
+                variant, names = subject.with_values({parameter.path: value}), [parameter.value_text(value)]
+            for location, start in starts.items():
+                run = self._run(variant, start, location)
+                names_of_run = [*names, run.label] if self.starts else names
+                runs.append(replace(run, label="; ".join(names_of_run), value=value))
+        return tuple(runs)
 
-    def stored_numbers(self, prepared: tuple[RunCase, ...]) -> float:
+    def stored_numbers(self, prepared: tuple[Run, ...]) -> float:
         """See ``Study``."""
-        return sum(_stored_numbers(case.run) for case in prepared)
+        return sum(run.stored_numbers for run in prepared)
 
-    def solve(self, subject: Subject, prepared: tuple[RunCase, ...], work: Work) -> Iterator[Answer]:
-        """Integrate the runs, those of a machine leg by leg."""
-        if isinstance(subject, Machine):
-            yield from self._run_machine(subject, prepared, work)
-        else:
-            yield from self._run_system(prepared, work)
+    def solve(self, subject: Subject, prepared: tuple[Run, ...], work: Work) -> Iterator[Answer]:
+        """Integrate the runs; later ones are reported when they are complete: partial ones would count as finished."""
+        ends, count = tuple[Fill, ...](), len(prepared)
+        for k, run in enumerate(prepared):
+            part = work.part(f"run {k + 1}", k / count, (k + 1) / count) if self.is_several else work
+            for fill, is_complete in run.follow(part):
+                if is_complete:
+                    ends = (*ends, fill)
+                if is_complete or not ends:
+                    fills = ends or (fill,)
+                    yield Answer(subject.units, partial(self._fill, subject, prepared, fills, len(ends)))
 
     def draw(self, result: xr.Dataset) -> Figure:
         """See ``Study``."""
         return run_up_figure(result)
 
-    def _case(self, machine: Machine, start: Mapping[str, Any], value: float | None) -> RunCase:
-        """Return one run of a machine. Raises ``InputError``."""
+    def _run(self, subject: Subject, start: Mapping[str, Any], location: str) -> Run:
+        """Return one run, named by its start. Raises ``InputError``."""
+        if isinstance(subject, Machine):
+            return self._machine_run(subject, start, location)
+        return self._equation_run(subject, start, location)
+
+    def _machine_run(self, machine: Machine, start: Mapping[str, Any], location: str) -> MachineRun:
+        if self.over == "psi" and not any(b.about == machine.rotor.name for b in machine.bodies):
+            raise InputError("study.over", self.over, "must be 'time' or 'phi': no body turns about the rotor")
         if self.deck is not None and (machine.dimensionless or "y" not in machine.labels):
             raise InputError(
                 "study.deck", self.deck, "allowed only for a machine with units whose carrier moves up and down (y)"
             )
-        run = RunUpCase.of(machine, start, self.settings)
-        return RunCase(self._label(run.machine, start, value), start, value, run)
+        if self.limit_set and self.model == "slow":
+            raise InputError("study.limit_set", True, "allowed only with the full equations, model = 'full' or 'both'")
+        case = RunUpCase.of(machine, start, self.settings, location)  # checks the start, which is named below
+        units = {name: state.unit.si for name, state in start_states(machine).items()}
+        name = ", ".join(f"{k} = {_value_text(v, units.get(k, ''))}" for k, v in start.items()) or "at rest"
+        return MachineRun(name, start, None, case, self.over, self.deck, bool(self.limit_set))
 
-    def _label(self, machine: Machine, start: Mapping[str, Any], value: float | None) -> str:
-        """Return the label of a run in a legend: the value of the parameter, the start, or both."""
-        parts = [] if value is None or self.along is None else [machine.parameters[self.along].value_text(value)]
-        if self.starts:
-            units = {name: state.unit.si for name, state in start_states(machine).items()}
-            parts.append(", ".join(f"{k} = {_value_text(v, units.get(k, ''))}" for k, v in start.items()) or "at rest")
-        return "; ".join(parts)
+    def _equation_run(self, subject: Subject, start: Mapping[str, Any], location: str) -> EquationRun:
+        refuse_machine_keys(self, _KEYS_OF_MACHINES)
+        if self.limit_set is False:
+            raise InputError("study.limit_set", False, "must be true, or not given, for a table [system]")
+        state = states_from(subject.system, start, location)
+        refuse_singular_start(subject, state, location)
+        values = dict(zip(subject.system.state_names, state.tolist(), strict=True))
+        name = ", ".join(f"{name} = {x:.6g}" for name, x in values.items() if x) or "all states 0"
+        settings, count = LongRunSettings(self.until, self.tolerance, self.engine), self.settings.runs
+        samples = max((self.stored_samples or _MOST_SAMPLES) // count, 2)
+        return EquationRun(name, values, None, subject, state, settings, samples, _MOST_PLACES // count)
 
-    def _parts(self, cases: tuple[RunCase, ...], work: Work) -> Iterator[tuple[RunCase, Work]]:
-        """Yield each run with its part of the work."""
-        count = len(cases)
-        for k, case in enumerate(cases):
-            yield case, work.part(f"run {k + 1}", k / count, (k + 1) / count) if self.is_several else work
-
-    def _run_machine(self, machine: Machine, cases: tuple[RunCase, ...], work: Work) -> Iterator[Answer]:
-        done = list[tuple[tuple[Motion, ...], Neighbour | None, ContactCheck | None]]()
-        for case, part in self._parts(cases, work):
-            motions: tuple[Motion, ...] = ()
-            share = _SHARE_BESIDE_CONTACTS if case.run.machine.tracks else 1.0
-            for motions in run_up(case.run, part.part("", 0.0, share)):
-                if not done:  # later runs are reported when they are complete: partial ones would count as finished
-                    yield Answer(machine.units, partial(self._fill, machine, cases, ((motions, None, None),), 0))
-            check = check_contacts(motions[0], part.part("contacts", share, 1.0))
-            if check is not None and check.is_stiffer:
-                motions = (check.motion, *motions[1:])
-            done.append((motions, neighbour_of(motions[0], part.part("neighbour", 1.0, 1.0)), check))
-            yield Answer(machine.units, partial(self._fill, machine, cases, tuple(done), len(done)))
-
-    def _fill(
-        self,
-        machine: Machine,
-        cases: tuple[RunCase, ...],
-        runs: tuple[tuple[tuple[Motion, ...], Neighbour | None, ContactCheck | None], ...],
-        finished_count: int,
-        a: Answer,
-    ) -> None:
-        """State the runs of a machine: the motions of each, the full equations first; a neighbour of the first, and a check."""
-        fills = [
-            partial(fill_run, *run, self.deck, is_hanging_start(case.run.machine, case.start))
-            for case, run in zip(cases, runs, strict=False)
-        ]
+    def _fill(self, subject: Subject, runs: tuple[Run, ...], fills: tuple[Fill, ...], finished_count: int, a: Answer) -> None:
+        """State the runs that are known."""
         if not self.is_several:
             fills[0](a)
             return
-        results = [Answer(machine.units, fill).fill() for fill in fills]
-        state_machine_runs(a, self.along, self.over, cases, results, finished_count)
-
-    def _run_system(self, cases: tuple[RunCase, ...], work: Work) -> Iterator[Answer]:
-        settings, most = LongRunSettings(self.until, self.tolerance, self.engine), self.stored_samples or _MOST_SAMPLES
-        runs = list[LongRun]()
-        for case, part in self._parts(cases, work):
-            equations, start = case.run
-            report = partial(_tell_time, part.open_ended, self.until)
-            run = part.unit("run", partial(long_run, equations, start, settings, report))
-            runs.append(run)
-            if self.is_several:
-                yield Answer(fill=partial(fill_system_runs, self.along, cases, most, self.tolerance, tuple(runs)))
-            else:
-                yield Answer(fill=partial(fill_system_run, equations, run, max(most, 2), MOST_PLACES, self.tolerance))
-
-
-def _stored_numbers(run: Any) -> float:
-    """Bound of a run of a machine, or of equations with their start."""
-    if isinstance(run, RunUpCase):
-        return run.horizon.samples * len(run.models) * numbers_per_sample(run.machine)
-    equations, _ = run
-    return float(2 * (2 * INTERVALS + 1) * len(equations.system.states))
-
-
-def _tell_time(work: Work, until: float | None, time: float) -> None:
-    work.report(time / until if until else 0.0, f"t = {time:.4g}")
+        results = [Answer(subject.units, fill).fill() for fill in fills]
+        runs[0].state_many(a, self.along, runs, results, finished_count)
 
 
 def _value_text(value: Any, unit: str = "") -> str:

@@ -12,12 +12,13 @@ from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch, Stab
 from wucht.dynamics.branches.second_parameter import BifurcationCurve
 from wucht.dynamics.branches.special_states import SpecialState
 from wucht.dynamics.branches.steady_states import Labels, SteadyStates
+from wucht.numerics.periodic.branch_ends import significant_value
 from wucht.schema import Parameter
 from wucht.studies.answer import Answer, Column
 from wucht.studies.motion_variables import join_arrays, parameter_columns
 
 _MOST = 16  # special points, and branches, named one by one
-_AT_ZERO = 1e-9  # of the range: a value this close to zero is zero
+_AT_ZERO = 1e-9  # of its size: an ordinate this close to zero is zero
 _BESIDE = {
     "some-stable": "on one side some members of the family are stable, on the other none",
     "all-stable": "on one side all members of the family are stable, on the other not all",
@@ -45,11 +46,6 @@ def _place_text(labels: Labels, speed: float, amplitude: float) -> str:
     """Return where a point is, in words: by speed and amplitude, of user equations by the state that is drawn."""
     place = f"{'speed ' if labels.state is None else f'{labels.state} = '}{_ordinate_text(labels, speed, 'speed')}"
     return place + ("" if np.isnan(amplitude) else ", amplitude {amplitude}")
-
-
-def _snap_to_zero(case: BranchCase, value: float) -> float:
-    low, high = case.steady_states.bounds
-    return 0.0 if abs(value) < _AT_ZERO * (high - low) else float(value)
 
 
 def _round_ordinate(steady_states: SteadyStates, ordinate: float) -> float:
@@ -150,7 +146,7 @@ def state_branches(
 
 
 def _span(case: BranchCase, values: np.ndarray) -> list[float]:
-    return [_snap_to_zero(case, values.min()), _snap_to_zero(case, values.max())]
+    return [significant_value(float(end), case.steady_states.bounds) for end in (values.min(), values.max())]
 
 
 def state_special_points(
@@ -158,7 +154,7 @@ def state_special_points(
 ) -> None:
     """State the special points, with the frequency of the oscillation that begins there."""
     labels, names, states_at = case.steady_states.labels, case.steady_states.names, dict(case.states_by_second_value)
-    values = [_snap_to_zero(case, s.unknowns[-1]) for s in special_points]
+    values = [significant_value(float(s.unknowns[-1]), case.steady_states.bounds) for s in special_points]
     speeds = [_round_ordinate(states_at[s.second], s.speed) for s in special_points]
     frequency_unit = f"rad{labels.rate.removeprefix('1')}" if labels.rate else ""
     a.curve("special_kind", np.array([s.kind for s in special_points], "U20"), "kind of the special point", "", "special")

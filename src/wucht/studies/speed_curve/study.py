@@ -71,7 +71,7 @@ class SpeedCurve(Study):
     show: str | None = Field(default=None, description="state that is drawn; by default the speed, of a system its first state")
     ranges: Composite[Ranges | None] = composite(default=None)
     inertia: Inertia | None = Field(default=None, description=(
-        "whether the averaged equations keep the inertia of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62), "
+        "whether averaged equations keep the inertia of balancing bodies; false: strongly damped, Drozdetskaya (4.60)-(4.62), "
         "the default of the dimensionless machines; of other machines the default is true"
     ))  # fmt: skip
 

@@ -8,9 +8,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from wucht.dynamics.branches.ending_map import EndingMapCase
-from wucht.dynamics.branches.labelled_maps import MODULATED_MOTION, LabelledMap, detection_limit
+from wucht.dynamics.branches.labelled_maps import LabelledMap, detection_limit
 from wucht.dynamics.branches.plane_regions import DOUBLE, NOT_DECIDED
 from wucht.dynamics.branches.state_map import StateMapCase
+from wucht.dynamics.branches.steady_states import MODULATED_MOTION
 from wucht.schema import Parameter
 from wucht.studies.answer import Answer
 
@@ -20,8 +21,7 @@ _NAMES, _RANGES = ("along", "second", "eliminate"), ("range", "second_range", "e
 
 
 def state_map(
-    a: Answer, parameters: Sequence[Parameter], case: StateMapCase | EndingMapCase, motion: str,
-    labelled_map: Callable[[], LabelledMap],
+    a: Answer, parameters: Sequence[Parameter], case: StateMapCase | EndingMapCase, labelled_map: Callable[[], LabelledMap]
 ) -> None:  # fmt: skip
     """State the map. parameters: of the plane, and that which is eliminated, if there is one."""
     (along, second, *_), parts = parameters, labelled_map()
@@ -45,8 +45,8 @@ def state_map(
     agreeing = len(parts.places) - len(parts.contradictions)
     runs = f", by {parts.runs} runs from several starts," if parts.runs else ""
     a.line("checked", f"{agreeing} of {len(parts.places)} separately examined places{runs} agree with the boundaries")
-    a.sentence = _sentence(parameters, case, motion, parts)
-    _warn(a, along, second, case, motion, parts)
+    a.sentence = _sentence(parameters, case, parts)
+    _warn(a, along, second, case, parts)
 
 
 def _third(parameters: Sequence[Parameter]) -> tuple[str, str]:
@@ -133,7 +133,7 @@ def _state_regions(a: Answer, along: Parameter, second: Parameter, parts: Labell
         a.line(f"{100 * of_plane:6.2f} ± {100 * off:.2f} %  {label}", "")
 
 
-def _sentence(parameters: Sequence[Parameter], case: StateMapCase | EndingMapCase, motion: str, parts: LabelledMap) -> str:
+def _sentence(parameters: Sequence[Parameter], case: StateMapCase | EndingMapCase, parts: LabelledMap) -> str:
     if not parts.places:
         return "the study was interrupted before the first place"
     areas = sorted(((label, of_plane) for label, (of_plane, _) in parts.shares.items()), key=lambda area: -area[1])
@@ -142,19 +142,18 @@ def _sentence(parameters: Sequence[Parameter], case: StateMapCase | EndingMapCas
         along, second, third = parameters
         at = [f"{along.value_text(m.x, 7)}, {second.value_text(m.y, 7)}" for m in parts.marks]
         meeting = f"; the regions meet at {' and at '.join(at)}" if at else ""
-        return f"the {motion}, as {third.sentence_name} changes: {', '.join(listing)} of the plane{meeting}"
+        return f"the {case.labels.orbit}, as {third.sentence_name} changes: {', '.join(listing)} of the plane{meeting}"
     everywhere = f"stable everywhere: {', '.join(parts.everywhere)}; in addition " if parts.everywhere else "stable: "
     limit = f"; what exists in less than {100 * parts.detection_limit:.2g} % of it may be missed at the places examined"
     names = " and ".join(case.settings.only or ())
     only = f"; of the steady states {names} alone were sought" if names else ""
-    left_out = f"; {motion}s were not searched for" if case.motion is None else ""
+    left_out = f"; {case.labels.orbit}s were not searched for" if case.motion is None else ""
     return f"{everywhere}{'; '.join(listing)} of the plane{limit}{only}{left_out}"
 
 
-def _warn(
-    a: Answer, along: Parameter, second: Parameter, case: StateMapCase | EndingMapCase, motion: str, parts: LabelledMap
-) -> None:
-    a.warn(*case.warnings, *(sentence.replace(MODULATED_MOTION, motion) for sentence in parts.omissions[:_MOST_LOST]))
+def _warn(a: Answer, along: Parameter, second: Parameter, case: StateMapCase | EndingMapCase, parts: LabelledMap) -> None:
+    omissions = [sentence.replace(MODULATED_MOTION, case.labels.orbit) for sentence in parts.omissions[:_MOST_LOST]]
+    a.warn(*case.labels.warnings, *omissions)
     if len(parts.omissions) > _MOST_LOST:
         a.warn(f"and {len(parts.omissions) - _MOST_LOST} more")
     if parts.contradictions and parts.complete:

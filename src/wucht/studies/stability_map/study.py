@@ -11,8 +11,6 @@ from pydantic import Field
 from wucht.dynamics.branches.ending_curves import ParameterPlane
 from wucht.dynamics.branches.ending_map import EndingMapCase, map_endings
 from wucht.dynamics.branches.labelled_maps import (
-    MODULATED_MOTION,
-    PERIODIC_ORBIT,
     LabelledMap,
     map_of_endings,
     map_of_states,
@@ -23,7 +21,6 @@ from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.parameters import checked_range, parameter_of
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
-from wucht.machines.machine import Machine
 from wucht.machines.subject import Subject
 from wucht.schema import Composite, Parameter, composite
 from wucht.studies.answer import Answer
@@ -76,7 +73,7 @@ class StabilityMap(Study):
     only: Composite[Names | None] = composite(default=None)
     ranges: Composite[Ranges | None] = composite(default=None)
     inertia: Inertia | None = Field(default=None, description=(
-        "whether the averaged equations keep the inertia of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62), "
+        "whether averaged equations keep the inertia of balancing bodies; false: strongly damped, Drozdetskaya (4.60)-(4.62), "
         "the default of the dimensionless machines; of other machines the default is true"
     ))  # fmt: skip
     eliminate: Path | None = Field(default=None, description=(
@@ -126,18 +123,17 @@ class StabilityMap(Study):
     def solve(self, subject: Subject, prepared: Prepared, work: Work) -> Iterator[Answer]:
         """Examine place by place, then the curves between them."""
         parameters, case = prepared
-        motion = MODULATED_MOTION if isinstance(subject, Machine) else PERIODIC_ORBIT
-        for labelled_map in _maps(case, motion, work):
-            yield Answer(fill=partial(state_map, parameters=parameters, case=case, motion=motion, labelled_map=labelled_map))
+        for labelled_map in _maps(case, work):
+            yield Answer(fill=partial(state_map, parameters=parameters, case=case, labelled_map=labelled_map))
 
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw the regions of the plane, the boundaries between them, and the places examined."""
         return map_figure(result)
 
 
-def _maps(case: StateMapCase | EndingMapCase, motion: str, work: Work) -> Iterator[Callable[[], LabelledMap]]:
+def _maps(case: StateMapCase | EndingMapCase, work: Work) -> Iterator[Callable[[], LabelledMap]]:
     """Yield the map, to be made where it is needed, whenever it has become more complete."""
     if isinstance(case, StateMapCase):
-        yield from (partial(map_of_states, case, findings, motion) for findings in map_states(case, work))
+        yield from (partial(map_of_states, case, findings) for findings in map_states(case, work))
     else:
-        yield from (partial(map_of_endings, case, endings, motion) for endings in map_endings(case, work))
+        yield from (partial(map_of_endings, case, endings) for endings in map_endings(case, work))

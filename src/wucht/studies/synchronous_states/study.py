@@ -95,7 +95,7 @@ class SynchronousStates(Study):
         "highest natural frequency where a drive runs away without load: then the states are not stated to be all"
     ))  # fmt: skip
     inertia: Inertia = Field(default=True, description=(
-        "whether the averaged equations keep the inertia of the balancing bodies; false: strongly damped, 002 (4.60)-(4.62)"
+        "whether averaged equations keep the inertia of balancing bodies; false: strongly damped, Drozdetskaya (4.60)-(4.62)"
     ))  # fmt: skip
     full: TrueOrFalse = Field(default=True, description="whether the multipliers of the full equations are computed too")
     axes: Composite[Axes | None] = composite(default=None, title="axes of a stability map", description=(
