@@ -197,6 +197,21 @@ def test_a_result_of_an_earlier_version_lacks_only_what_it_did_not_record(wucht:
     assert "a version that is not recorded" in page.text
 
 
+def test_a_result_of_version_0_1_has_verdict_and_numbers(wucht: Command, refused: Refused, here: Path, results: Path) -> None:
+    """It did not state what a result contains, nor its lines, nor units and words of its numbers."""
+    result = load_result(results / "grinder")
+    for name in ("contents", "lines", "quantities", "assumed", "notes", "parts"):
+        del result.attrs[name]
+    save(result, here / "first.nc")
+    lines = package.report(load_result(here / "first.nc"))
+    assert lines[1] == f"verdict: {result.wucht.sentence}"
+    assert "version 0.1" in lines[2]
+    assert f"peak amplitude: {result.wucht.summary['peak_amplitude']:.4g}" in "\n".join(lines)
+    text = Page(_page(wucht, "first.nc")).text
+    assert result.wucht.sentence in text and "of version 0.1 of wucht" in text
+    assert "version 0.1" in refused("plot", "first.nc")
+
+
 @pytest.mark.parametrize(
     ("name", "given"),
     [("versions", "x"), ("versions", "[]"), ("document", "[null]"), ("document", ""), ("created", "yesterday")],

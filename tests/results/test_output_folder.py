@@ -18,7 +18,7 @@ import xarray as xr
 from tests import refusals
 from tests.refusals import failed, refused
 
-from wucht.results import output_folder
+from wucht.results import output_folder, store
 from wucht.results.output_folder import (
     CHECKSUMS,
     COMMIT,
@@ -44,7 +44,7 @@ with claim_folder(Path(sys.argv[1])):
 
 def test_a_folder_is_made_and_given_free_again(tmp_path: Path) -> None:
     folder = tmp_path / "a" / "b"
-    with claim_folder(folder), claim_folder(folder):
+    with claim_folder(folder):
         assert folder.is_dir()
         (folder / "result.nc").write_text("")
     assert [p.name for p in folder.iterdir()] == ["result.nc"]
@@ -156,10 +156,10 @@ def test_a_folder_that_cannot_be_written_is_read_all_the_same(tmp_path: Path, mo
     put(tmp_path, FRESH)
     (tmp_path / NEW).rename(tmp_path / COMMIT)
 
-    def refused(*_: object) -> None:
+    def read_only(*_: object) -> None:
         raise OSError(errno.EROFS, "Read-only file system")
 
-    monkeypatch.setattr(Path, "replace", refused)
+    monkeypatch.setattr(Path, "replace", read_only)
     assert latest_file(tmp_path / "result.nc").read_text() == "new"
     monkeypatch.undo()
     assert latest_file(tmp_path / "result.nc") == tmp_path / "result.nc"
@@ -181,7 +181,7 @@ def test_a_file_that_a_viewer_has_open_is_tried_again_and_then_named(tmp_path: P
         put(tmp_path, OLD, ("run-up.png",))
         commit(tmp_path)
     assert files_of(tmp_path) == OLD, "closed after a while"
-    monkeypatch.setattr(output_folder, "_PATIENCE_S", 0.2)
+    monkeypatch.setattr(store, "_PATIENCE_S", 0.2)
     opened[0] = 100
     with claim_folder(tmp_path):
         put(tmp_path, FRESH, ("run-up.png",))
@@ -285,14 +285,14 @@ def test_a_file_system_that_knows_no_flushing(
 
 
 def test_what_is_kept_in_a_folder_in_which_nothing_can_be_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def denied(*_: Any) -> Any:
+    def denied(*_: Any, **_options: Any) -> Any:
         raise PermissionError(13, "Permission denied")
 
     memory = UnitMemory.start(tmp_path, {"study": "a"})
     memory.unit("a", lambda: 1.0)
     memory.flush()
     with monkeypatch.context() as patch:
-        patch.setattr(Path, "rename", denied)
+        patch.setattr(Path, "unlink", denied)
         with refused("-o", "nothing can be written there: Permission denied", given=str(tmp_path)):
             UnitMemory.start(tmp_path, {"study": "a"})
     UnitMemory.start(tmp_path, {"study": "a"})

@@ -63,7 +63,6 @@ def load_everything() -> None:
     import scipy.optimize
     import scipy.signal  # noqa: F401
     import xarray as xr
-    import zarr  # noqa: F401
 
     import wucht.cli.app
     import wucht.studies.runner

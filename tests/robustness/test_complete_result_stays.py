@@ -197,16 +197,19 @@ def test_the_same_question_again_is_continued_too(begun: Path) -> None:
     assert names(begun / "out") == set(before)
 
 
-def test_what_an_earlier_version_left_unfinished_is_continued(begun: Path) -> None:
-    """It wrote an incomplete result as ``result.nc``."""
+def test_what_an_earlier_version_left_unfinished_is_begun_anew(begun: Path) -> None:
+    """It wrote an incomplete result as ``result.nc``, and units with Zarr: a sentence, and they stay until the next run."""
     out = begun / "out"
     assert poles(begun, *OTHER, at=3, what=signal.SIGINT).code == 130
     for path in out.glob("*.partial.*"):
         path.rename(out / path.name.replace(".partial", ""))
-    summary = (out / "summary.json").read_text(encoding="utf-8").replace(".partial", "")
-    (out / "summary.json").write_text(summary, encoding="utf-8")
-    stopped = poles(begun, *OTHER, "--resume", at=5, what=signal.SIGINT)
-    assert stopped.code == 130 and "the earlier result" not in stopped.err
-    assert names(out) == PARTIAL
-    assert poles(begun, *OTHER, "--resume").code == 0
+    for file in (out / "units").iterdir():
+        store = file.with_name(file.name[:16])
+        store.mkdir(exist_ok=True)
+        file.rename(store / "zarr.json")
+    before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+    refused = poles(begun, *OTHER, "--resume")
+    assert refused.code == 2 and "the unfinished run in out was begun by an earlier version of wucht" in refused.sentence
+    assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
+    assert poles(begun, *OTHER).code == 0
     assert names(out) == {"result.nc", "poles.png", "summary.json"} and package.load(out).wucht.finished

@@ -250,7 +250,7 @@ def test_the_main_process_is_killed(two: Loopback, marked: Path, tmp_path: Path)
     expected, out = whole(12, marked), tmp_path / "out"
     process = main(marked, out, two.address, 0.3)
     try:
-        until(lambda: len(list(out.glob("units/*/*/zarr.json"))) > 3)
+        until(lambda: len(list(out.glob("units/*.npz"))) > 3)
     finally:
         process.kill()
         process.wait()

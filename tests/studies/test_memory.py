@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import random
-import shutil
 import subprocess
 import sys
 import time
@@ -14,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.refusals import rejected
+from tests.refusals import failed, refused, rejected
 
 from wucht import InputError
 from wucht.studies.memory import UnitMemory, stored_questions
@@ -64,10 +63,10 @@ def test_what_was_flushed_survives_a_kill(tmp_path: Path) -> None:
     fill(tmp_path)
     assert stored_questions(tmp_path) == [QUESTION]
     assert kept(tmp_path, QUESTION, 3) == [0, 1, 2]
-    groups = list((tmp_path / "units").glob("*/*/"))
-    assert len(groups) == 3
-    shutil.rmtree(groups[0] / "float64" / "c")
-    (groups[1] / "zarr.json").unlink()
+    files = list((tmp_path / "units").iterdir())
+    assert len(files) == 3
+    files[0].write_bytes(files[0].read_bytes()[:-100])
+    files[1].write_bytes(b"")
     left = kept(tmp_path, QUESTION, 3)
     assert len(left) == 1
     again, made = UnitMemory.resume(tmp_path, QUESTION), list[int]()
@@ -106,24 +105,30 @@ def test_a_file_in_the_place_of_the_units_is_kept(tmp_path: Path) -> None:
     assert (tmp_path / "units").read_text(encoding="utf-8") == "mm, kg"
 
 
+@pytest.mark.skipif(os.name != "posix", reason="links of POSIX")
+def test_a_link_in_the_place_of_the_units_is_not_followed(tmp_path: Path) -> None:
+    fill(tmp_path / "other")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "units").symlink_to(tmp_path / "other" / "units")
+    with refused("-o", "units", given=str(tmp_path / "out"), code="file"):
+        UnitMemory.start(tmp_path / "out", OTHER)
+    assert kept(tmp_path / "other", QUESTION, 3) == [0, 1, 2]
+
+
 def test_what_is_forgotten_leaves_nothing(tmp_path: Path) -> None:
     fill(tmp_path).forget()
     assert list(tmp_path.iterdir()) == []
     UnitMemory(tmp_path, QUESTION).forget()
 
 
-def test_what_a_killed_removal_left_is_removed(tmp_path: Path) -> None:
-    fill(tmp_path)
-    (tmp_path / "units").rename(tmp_path / ".units-0")
-    UnitMemory.start(tmp_path, QUESTION)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_removal_that_a_kill_has_broken_off_is_finished(tmp_path: Path) -> None:
-    (tmp_path / ".units-0123" / "store").mkdir(parents=True)
-    (tmp_path / "units").mkdir()
-    UnitMemory(tmp_path, {"a": 1}).forget()
-    assert list(tmp_path.iterdir()) == []
+def test_what_a_killed_write_left_is_removed(tmp_path: Path) -> None:
+    for remove in (lambda memory: memory.forget(), lambda _: UnitMemory.start(tmp_path, OTHER)):
+        memory = fill(tmp_path)
+        file = next((tmp_path / "units").iterdir())
+        file.rename(file.with_name(f".{file.name}.0123.part"))
+        assert len(kept(tmp_path, QUESTION, 3)) == 2
+        remove(memory)
+        assert list(tmp_path.iterdir()) == []
 
 
 def test_one_that_finishes_leaves_the_units_of_others(tmp_path: Path) -> None:
@@ -153,11 +158,28 @@ def test_a_unit_that_cannot_be_kept_says_so(tmp_path: Path) -> None:
         memory.flush()
 
 
+@pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
+def test_a_disk_that_is_full(tmp_path: Path) -> None:
+    """The units stay in memory, and nothing half written on the disk."""
+    import resource
+
+    memory, limits = fill(tmp_path, range(1)), resource.getrlimit(resource.RLIMIT_FSIZE)
+    memory.unit("u1", lambda: unit(1))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (300, limits[1]))
+    try:
+        with failed("not-written"):
+            memory.flush()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert len(list((tmp_path / "units").iterdir())) == 1
+    memory.flush()
+    assert kept(tmp_path, QUESTION, 2) == [0, 1]
+
+
 WRITER = """
 import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
-import zarr
 from test_memory import fill, unit
 from wucht.studies.memory import UnitMemory
 folder, question, rounds = Path(sys.argv[2]), {"study": sys.argv[3]}, int(sys.argv[4])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import itertools
 import json
+import shutil
 import time
 import weakref
 from collections.abc import Iterator
@@ -137,8 +138,7 @@ def test_what_every_result_has(tmp_path: Path) -> None:
 def test_a_finished_result_is_cleared_of_what_a_kill_has_left(tmp_path: Path) -> None:
     result = ask(Squares(count=3), [1.0, 2.0, 3.0], folder=tmp_path)
     files = sorted(tmp_path.iterdir())
-    for leftover in (".units-0123", "units"):
-        (tmp_path / leftover).mkdir()
+    (tmp_path / "units").mkdir()
     assert ask(Squares(count=3), [1.0, 2.0, 3.0], folder=tmp_path, resume=True).equals(result)
     assert sorted(tmp_path.iterdir()) == files
 
@@ -300,6 +300,26 @@ def test_a_finished_result_of_another_question_is_not_handed_back(tmp_path: Path
     computed.clear()
     assert ask(Squares(), [1.0, 2.0], folder=tmp_path, resume=True).wucht.summary == {"sentence": "done", "sum": 5.0}
     assert computed == ["square 1"]
+
+
+def test_what_an_earlier_version_has_begun_is_not_continued(tmp_path: Path) -> None:
+    """Version 0.2.0 stored units with Zarr, 0.1.0 an unfinished ``result.nc``. Without resume nothing is left of it."""
+    ask(Squares(), [1.0, 2.0], folder=tmp_path, progress=Stop(2))
+    (tmp_path / "result.partial.nc").rename(tmp_path / "result.nc")
+    for begun in ("units", "result.nc"):
+        if begun == "units":
+            (store := tmp_path / "units" / f"{7:016x}").mkdir()
+            (store / "zarr.json").write_text("{}", encoding="utf-8")
+            for file in (tmp_path / "units").glob("*.npz"):
+                file.unlink()
+        before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+        with refused("--resume", str(tmp_path), given=None, code="earlier-version"):
+            ask(Squares(), [1.0, 2.0], folder=tmp_path, resume=True)
+        assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
+        if begun == "units":
+            shutil.rmtree(store)
+    assert ask(Squares(), [1.0, 2.0], folder=tmp_path).wucht.finished
+    assert [path.name for path in tmp_path.iterdir()] == ["result.nc"]
 
 
 # Figures and reports

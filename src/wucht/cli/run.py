@@ -84,7 +84,8 @@ def run_and_print(
     from wucht.results.attempts import is_attempt_warning
     from wucht.results.formatting import units_in_print
     from wucht.results.output_folder import SUMMARY
-    from wucht.results.store import RESULT, file_name, to_json
+    from wucht.results.store import RESULT, to_json
+    from wucht.studies.memory import interruption
     from wucht.studies.study_file import run_study
 
     start_time = time.perf_counter()
@@ -120,12 +121,6 @@ def run_and_print(
         if presentation.next_command:
             typer.echo(f"next: {presentation.next_command}")
     if not result.attrs["finished"]:
-        part, failure = folder / file_name(RESULT, result), result.attrs["failure"]
-        earlier = f"; the earlier result, {folder / RESULT}, is unchanged" if (folder / RESULT).is_file() else ""
-        sentence = (
-            f"{failure}. What was computed so far is in {part}"
-            if failure
-            else f"interrupted: what was computed so far is in {part}, and --resume continues from there"
-        )
-        sys.stderr.write(f"wucht: {sentence}{earlier}\n")
+        failure = result.attrs["failure"]
+        sys.stderr.write(f"wucht: {interruption(folder, failure)}\n")
         raise typer.Exit(1 if failure else 130)

@@ -15,6 +15,7 @@ from wucht.plots.page import REPORT
 from wucht.reports.markup import brief_text, bullets, html_table, html_text, section
 from wucht.results.attempts import Attempts, with_attempt_warnings
 from wucht.results.formatting import engineering_text, number_text
+from wucht.results.report import is_of_version_0_1
 from wucht.studies.registry import studies
 from wucht.studies.runner import draw, report
 
@@ -69,8 +70,9 @@ def chapter(result: xr.Dataset, number: int) -> Chapter:
         lines = report(result)
     with attempts.attempt("drawing of the machine", InputError):
         drawing = _drawing(result, anchor)
-    with attempts.attempt("figure", InputError):
-        figure = _figure(result, anchor)
+    if not is_of_version_0_1(result):
+        with attempts.attempt("figure", InputError):
+            figure = _figure(result, anchor)
     verdict, entries = _entries(lines)
     title = accessor.title or accessor.study
     kind = studies()[accessor.study]

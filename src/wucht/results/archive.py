@@ -1,76 +1,56 @@
-"""Frozen data as a Zarr group: numbers, text, arrays, tuples, dictionaries, and dataclasses of them. Reading executes nothing.
+"""Frozen data as a file: numbers, text, arrays, tuples, dictionaries, and dataclasses of them. Reading executes nothing.
 
-The numbers of all arrays of one type are stored one after the other in one array of the group. Its attribute ``tree`` assigns
-them to the values, and ``digest`` checks that they are complete: truncated, mixed or half-written data are not read.
+It is an archive of NumPy (npz) with an entry for each array, and ``tree.json``, which assigns them to the values. Each entry
+has a checksum, and the list of entries stands at the end: truncated or changed data are not read.
 """
 
 from __future__ import annotations
 
 import json
-import math
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
+from zipfile import ZIP_DEFLATED, ZIP_STORED, ZipFile, ZipInfo
+from zlib import compress
 
 import numpy as np
 
 from wucht.errors import WuchtError
 
-_KINDS = "biufc"  # of arrays: booleans, integers, real and complex numbers
-_AT_ONCE = 2**20  # numbers per chunk
-Arrays = dict[str, list[np.ndarray]]  # by type, in order
+_KINDS = "biufcU"  # of arrays: booleans, integers, real and complex numbers, text
+_TREE = "tree.json"
+_SAMPLE = 1000  # numbers that tell whether an array can be compressed
 
 
 def write_values(path: Path, values: Mapping[str, Any]) -> None:
-    """Write named values as a new group. Raises ``WuchtError`` for anything but frozen data, and ``OSError``."""
-    import zarr
-
-    arrays: Arrays = {}
+    """Write named values. Raises ``WuchtError`` for anything but frozen data, and ``OSError``."""
+    arrays = list[np.ndarray]()
     tree = json.dumps({name: _pack(value, arrays) for name, value in values.items()})
-    filled_arrays = {kind: parts for kind, parts in arrays.items() if sum(part.size for part in parts)}
-    group = zarr.create_group(
-        path, attributes={"tree": tree, "types": list(filled_arrays), "digest": _digest(tree, filled_arrays)}
-    )
-    for kind, parts in filled_arrays.items():
-        count = sum(part.size for part in parts)
-        array = group.create_array(kind, shape=(count,), dtype=kind, chunks=(min(count, _AT_ONCE),))
-        for k, block in enumerate(_blocks(parts)):
-            array[k * _AT_ONCE : k * _AT_ONCE + len(block)] = block
+    with ZipFile(path, "w") as file:
+        file.writestr(ZipInfo(_TREE), tree, ZIP_DEFLATED)
+        for number, array in enumerate(arrays):  # in pieces: memory may not suffice for a second copy
+            info = ZipInfo(f"{number}.npy")
+            info.compress_type = _compression(array)
+            with file.open(info, "w", force_zip64=True) as entry:
+                np.lib.format.write_array(entry, array, allow_pickle=False)
 
 
-def _blocks(parts: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
-    """Yield the numbers of all parts in chunks: memory may not suffice for a second copy of them all."""
-    waiting, count = list[np.ndarray](), 0
-    for part in parts:
-        rest = part.ravel()
-        while len(rest):
-            piece = rest[: _AT_ONCE - count]
-            waiting.append(piece)
-            rest, count = rest[len(piece) :], count + len(piece)
-            if count == _AT_ONCE:
-                yield np.concatenate(waiting)
-                waiting, count = [], 0
-    if waiting:
-        yield np.concatenate(waiting)
+def _compression(array: np.ndarray) -> int:
+    """Of an entry: what does not become much smaller, as most numbers, would take much time for nothing."""
+    sample = array.flat[:: max(1, array.size // _SAMPLE)].tobytes()
+    return ZIP_DEFLATED if len(compress(sample)) < 0.75 * len(sample) else ZIP_STORED
 
 
-def read_values(path: Path) -> dict[str, Any]:
-    """Read the values of a group. Classes must be loaded already. Raises ``WuchtError`` for anything else."""
-    import zarr
-
+def read_value(path: Path, name: str) -> Any:
+    """Read a value by its name. Classes must be loaded already. Raises ``WuchtError`` for anything else."""
     try:
-        group = zarr.open_group(path, mode="r")
-        tree = str(group.attrs["tree"])
-        arrays = {kind: np.asarray(group[kind][:]) for kind in group.attrs["types"]}
-        if _digest(tree, {kind: [whole] for kind, whole in arrays.items()}) != group.attrs["digest"]:
-            raise ValueError("numbers are missing")
-        return {name: _unpack(value, arrays) for name, value in json.loads(tree).items()}
+        with np.load(path, allow_pickle=False) as arrays:
+            return _unpack(json.loads(arrays[_TREE])[name], arrays)
     except Exception as error:
-        # A damaged group can cause any error in the libraries beneath: to the user they mean the same.
+        # A damaged file can cause any error in the libraries beneath: to the user they mean the same.
         raise WuchtError(f"{path} cannot be read: {error}", code="incomplete") from None
 
 
@@ -87,22 +67,14 @@ def size(value: Any) -> int:
     return 0
 
 
-def _digest(tree: str, arrays: Mapping[str, Sequence[np.ndarray]]) -> str:
-    digest = sha256(tree.encode())
-    for kind in sorted(arrays):
-        digest.update(kind.encode())
-        for part in arrays[kind]:
-            digest.update(np.ascontiguousarray(part).reshape(-1).view(np.uint8).data)
-    return digest.hexdigest()
-
-
-def _pack(value: Any, arrays: Arrays) -> Any:  # noqa: PLR0911
+def _pack(value: Any, arrays: list[np.ndarray]) -> Any:  # noqa: PLR0911
     if value is None or (isinstance(value, bool | int | float | str) and not isinstance(value, Enum)):
         return value
     if isinstance(value, np.generic):
         return _pack(value.item(), arrays)
-    if isinstance(value, np.ndarray | complex):
-        return _pack_array(np.asarray(value), arrays)
+    if isinstance(value, complex) or (isinstance(value, np.ndarray) and value.dtype.kind in _KINDS):
+        arrays.append(np.asarray(value))
+        return {"array": len(arrays) - 1}
     if isinstance(value, Enum):
         return {"enum": _name(type(value)), "value": value.value}
     if isinstance(value, Mapping):
@@ -112,30 +84,17 @@ def _pack(value: Any, arrays: Arrays) -> Any:  # noqa: PLR0911
     if is_dataclass(value) and not isinstance(value, type):
         return {"class": _name(type(value)), "fields": {f.name: _pack(getattr(value, f.name), arrays) for f in fields(value)}}
     raise WuchtError(
-        f"a {type(value).__name__} cannot be stored: units of work return frozen dataclasses, arrays and numbers", code="unit"
+        f"a {type(value).__name__} cannot be stored: units of work return frozen dataclasses, arrays of numbers and text, and "
+        "numbers",
+        code="unit",
     )
 
 
-def _pack_array(array: np.ndarray, arrays: Arrays) -> Any:
-    if array.dtype.kind == "U":
-        return {"text": array.ravel().tolist(), "type": array.dtype.str, "shape": array.shape}
-    if array.dtype.kind not in _KINDS or not array.dtype.isnative:
-        raise WuchtError(f"an array of {array.dtype} cannot be stored: units of work return arrays of numbers and text")
-    parts = arrays.setdefault(array.dtype.name, [])
-    begin = sum(part.size for part in parts)
-    parts.append(array)  # flattened only when it is written, as that may copy it
-    return {"array": array.dtype.name, "begin": begin, "shape": array.shape}
-
-
-def _unpack(value: Any, arrays: Mapping[str, np.ndarray]) -> Any:  # noqa: PLR0911
+def _unpack(value: Any, arrays: Mapping[str, np.ndarray]) -> Any:
     if not isinstance(value, dict):
         return value
-    if "text" in value:
-        return np.array(value["text"], value["type"]).reshape(value["shape"])
     if "array" in value:
-        shape, begin = value["shape"], value["begin"]
-        numbers = arrays.get(value["array"], np.zeros(0, value["array"]))[begin : begin + math.prod(shape)]
-        array = numbers.reshape(shape).copy()  # a copy, so that one value does not keep all others in memory
+        array = arrays[f"{value['array']}.npy"]
         return array if array.ndim else array.item()
     if "map" in value:
         return {_unpack(k, arrays): _unpack(v, arrays) for k, v in value["map"]}

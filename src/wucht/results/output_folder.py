@@ -11,11 +11,9 @@ import json
 import os
 import shutil
 import sys
-import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from contextvars import ContextVar
 from hashlib import sha256
 from io import FileIO
 from pathlib import Path
@@ -24,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 from wucht.errors import InputError, RunError, WuchtError
 from wucht.results.accessor import register_accessor
 from wucht.results.provenance import verify_checksums
-from wucht.results.store import RESULT, file_name, partial_name, prepare_folder, save, save_summary
+from wucht.results.store import RESULT, file_name, move, partial_name, prepare_folder, save, save_summary
 
 if TYPE_CHECKING:
     import h5py
@@ -40,33 +38,26 @@ NEW, COMMIT = ".wucht-new", ".wucht-commit"
 PARTIAL = partial_name(RESULT)
 _PARTIAL_SUMMARY = partial_name(SUMMARY)
 _TRIES = 10
-_PATIENCE_S, _PAUSE_S = 5.0, 0.1
 _LOCK = ".wucht.lock"
-_claimed_folders: ContextVar[frozenset[Path]] = ContextVar("folders that this run has claimed", default=frozenset())
 
 
 @contextmanager
 def claim_folder(folder: Path) -> Iterator[Path]:
     """Claim a folder while the block lasts; it is made if missing, and removed again if it remains empty.
 
-    A commit that was cut off is finished first, and unfinished files of a killed run are removed. Nested claims of the same
-    folder are allowed. The system releases the folder when the process ends, however it does; without file locks in
-    the file system nothing is claimed. Raises ``InputError`` if another run writes there, or no file can be written.
+    A commit that was cut off is finished first, and unfinished files of a killed run are removed. The system releases the
+    folder when the process ends, however it does; without file locks in the file system nothing is claimed. Raises
+    ``InputError`` if another run writes there, or no file can be written.
     """
     place = folder.absolute()
-    if place in _claimed_folders.get():
-        yield folder
-        return
     new_folders = [p for p in (place, *place.parents) if not os.path.exists(p)]  # noqa: PTH110 - Path raises for a name too long
     prepare_folder(folder)
     lock = _lock_file(folder / _LOCK)
-    before = _claimed_folders.set(_claimed_folders.get() | {place})
     try:
         _finish_commit(folder)
         shutil.rmtree(folder / NEW, ignore_errors=True)
         yield folder
     finally:
-        _claimed_folders.reset(before)
         shutil.rmtree(folder / NEW, ignore_errors=True)
         with suppress(OSError):  # Windows does not remove an open file
             (folder / _LOCK).unlink(missing_ok=True)
@@ -142,21 +133,6 @@ def remove_partial(folder: Path) -> None:
         (folder / PARTIAL).unlink(missing_ok=True)
 
 
-def rename_unfinished(folder: Path) -> None:
-    """Give an incomplete result the name of one: earlier versions of wucht wrote it as ``result.nc``."""
-    import h5py
-
-    if not _has_content(folder / RESULT):
-        return
-    with suppress(Exception):  # a damaged file can cause any error in the libraries beneath: it is not such a result
-        with h5py.File(folder / RESULT) as file:
-            is_unfinished = "study" in file.attrs and file.attrs["finished"] == 0
-        if is_unfinished:
-            (folder / RESULT).replace(folder / PARTIAL)
-            if _read_summary(folder / SUMMARY):
-                (folder / SUMMARY).replace(folder / _PARTIAL_SUMMARY)
-
-
 def commit(folder: Path) -> None:
     """Replace the earlier result by the files in the sub-folder ``.wucht-new``, all or none of them.
 
@@ -168,7 +144,7 @@ def commit(folder: Path) -> None:
     try:
         for path in (*new.iterdir(), new):
             _flush(path)
-        _retry_move(lambda: new.replace(folder / COMMIT))
+        move(new, folder / COMMIT)
         _flush(folder)
     except OSError as error:
         raise RunError(f"{new} cannot be put in its place: {error.strerror or error}") from None
@@ -198,7 +174,7 @@ def _finish_commit(folder: Path) -> None:
             _remove_presentation(folder / summary, files.get(summary))
     for file in files.values():
         try:
-            _retry_move(lambda file=file: file.replace(folder / file.name))  # type: ignore[misc]
+            move(file, folder / file.name)
         except OSError as error:
             reason = f"{folder / file.name} cannot be replaced: {error.strerror or error}"
             raise RunError(
@@ -208,20 +184,6 @@ def _finish_commit(folder: Path) -> None:
             ) from None
     with suppress(OSError):
         commit_folder.rmdir()
-
-
-def _retry_move(move: Callable[[], object]) -> None:
-    """Move a file, with retries for some seconds if a program has it open, as on Windows and network drives."""
-    end = time.monotonic() + _PATIENCE_S
-    while True:
-        try:
-            move()
-        except OSError as error:
-            if error.errno not in (errno.EACCES, errno.EBUSY, errno.EPERM) or time.monotonic() > end:
-                raise
-            time.sleep(_PAUSE_S)
-        else:
-            return
 
 
 def _flush(path: Path) -> None:

@@ -38,10 +38,12 @@ def report_of(result: xr.Dataset) -> list[str]:
     Returns
     -------
     list of str
-        Title, verdict, and a line for each entry. Of a result without lines, as earlier versions wrote it, the main numbers.
+        Title, verdict, and a line for each entry. Of a result without lines, as earlier versions wrote it, the main numbers; of
+        version 0.1, which did not name them, those of its summary.
     """
     report = result.wucht.stored_report
-    entries: list[Any] = [*_main_numbers(result)] if report is None else report["lines"]
+    numbers = _summary_numbers if is_of_version_0_1(result) else _main_numbers
+    entries: list[Any] = [*numbers(result)] if report is None else report["lines"]
     lines, faults = list[str](), list[str]()
     for entry in entries[:MOST_LINES]:
         try:
@@ -69,6 +71,18 @@ def lines_in_print(lines: Iterable[str], result: xr.Dataset) -> list[str]:
 def _main_numbers(result: xr.Dataset) -> Iterator[tuple[str, str, dict[str, str]]]:
     for path in result.wucht.headlines:
         yield "", f"{{what}}: {{{path}}}", {"what": result.wucht.description_at(path)}
+
+
+def is_of_version_0_1(result: xr.Dataset) -> bool:
+    """True for a result as version 0.1 wrote it: it states neither its contents nor facts about its numbers."""
+    return not {"contents", "quantities"} & set(result.attrs)
+
+
+def _summary_numbers(result: xr.Dataset) -> Iterator[tuple[str, str, dict[str, str]]]:
+    yield "note", "of version 0.1 of wucht: its verdict and the numbers of its summary, in SI or dimensionless", {}
+    for name, value in result.wucht.summary.items():
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            yield "", f"{{what}}: {{{name}}}", {"what": name.replace("_", " ")}
 
 
 def _column_line(heading: str | None, text: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import errno
 import json
 import math
 import tempfile
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 RESULT = "result.nc"  # in an output folder: always a complete one
 _PARTIAL = ".partial"  # in the names of files of a result that is not complete, before their ending
 _ABANDONED_S = 3600.0  # age of a temporary file after which its process must have been killed
+_PATIENCE_S, _PAUSE_S = 5.0, 0.1  # while another program has a file open that is replaced
 
 
 def partial_name(name: str) -> str:
@@ -73,17 +75,26 @@ def return_free_memory() -> None:
         ctypes.CDLL(None).malloc_trim(0)
 
 
-def _temporary_path(path: Path) -> Path:
-    """A temporary path beside a file, unique among all processes and machines."""
-    return path.with_name(f".{path.name}.{uuid4().hex}.part")
+def move(source: Path, target: Path) -> None:
+    """Move a file or folder, with retries for some seconds if a program has it open, as on Windows and network drives."""
+    end = time.monotonic() + _PATIENCE_S
+    while True:
+        try:
+            source.replace(target)
+        except OSError as error:
+            if error.errno not in (errno.EACCES, errno.EBUSY, errno.EPERM) or time.monotonic() > end:
+                raise
+            time.sleep(_PAUSE_S)
+        else:
+            return
 
 
 def replace_file(path: Path, write: Callable[[Path], object]) -> Path:
     """Write a file beside its place and move it there. Raises ``RunError`` if that is not possible."""
-    temporary_file = _temporary_path(path)
+    temporary_file = path.with_name(f".{path.name}.{uuid4().hex}.part")  # unique among all processes and machines
     try:
         write(temporary_file)
-        temporary_file.replace(path)
+        move(temporary_file, path)
     except OSError as error:
         raise RunError(f"{path} cannot be written: {error.strerror or error}", code="not-written") from None
     finally:

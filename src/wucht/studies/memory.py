@@ -3,9 +3,8 @@
 A unit is a named, deterministic part of a study's work: a leg, a run, a point, a tile. It is computed once for a question; when
 the same question is repeated with the same folder, it is read back to the last bit.
 
-The folder ``units`` has a Zarr store for each question, named by its hash, with a group for all units completed since the
-preceding group. A group has a unique name and is never changed: a killed process leaves at most one unreadable group, and
-several processes with one question add the same units to one store.
+The folder ``units`` has a file for all units completed since the preceding file, with their question, whose fingerprint begins
+its name. A file has a unique name and is never changed: several processes add theirs to one folder, of any questions.
 
 For a repeated question a folder has its result, its units of work, or those of another question.
 """
@@ -25,7 +24,7 @@ from uuid import uuid4
 from wucht.errors import InputError, RunError, WuchtError
 from wucht.results import archive
 from wucht.results.output_folder import PARTIAL, load_result, remove_partial
-from wucht.results.store import RESULT, return_free_memory, to_json
+from wucht.results.store import RESULT, replace_file, return_free_memory, to_json
 from wucht.studies.study import Study
 from wucht.studies.subjects import subject_of
 
@@ -34,12 +33,13 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 FOLDER = "units"
-_HASH = 16  # hexadecimal digits of a question's hash, the name of its store
-_STORE = "[0-9a-f]" * _HASH
-_QUESTION = "question"  # attribute of a store
+_HASH = 16  # hexadecimal digits of a question's fingerprint
+_FINGERPRINT = "[0-9a-f]" * _HASH
+_EARLIER = f"{_FINGERPRINT}/zarr.json"  # as version 0.2.0 stored the units of a question
+_QUESTION = "question"  # in a file, beside the units
 _EVERY_S = 2.0  # between two writings: a kill loses only the units computed since then, and the current one
-_LARGE, _MOST = 8_000_000, 64_000_000  # bytes waiting to be written
-_TRIES = 3  # attempts to write, if another process has removed the store meanwhile
+_MOST = 8_000_000  # bytes waiting to be written
+_TRIES = 3  # attempts to write, if another process has removed the folder meanwhile
 _MOST_DIFFERENCES = 3
 
 
@@ -47,8 +47,8 @@ class UnitMemory:
     """Units of work of one question. folder: where they are stored; None: nowhere."""
 
     def __init__(self, folder: Path | None = None, question: Mapping[str, Any] | None = None) -> None:
-        self._question = dict(question or {})
-        self._store = None if folder is None else _store(folder, self._question)
+        self._folder, self._question = folder, dict(question or {})
+        self._fingerprint = sha256(json.dumps(self._question, sort_keys=True).encode()).hexdigest()[:_HASH]
         self._stored_units: dict[str, Any] = {}
         self._new: dict[str, Any] = {}
         self._write_time, self._size = clock.perf_counter(), 0
@@ -59,25 +59,21 @@ class UnitMemory:
 
         Other files in a folder of that name stay: it may be the user's own. Raises ``InputError`` if a file is in its place.
         """
-        _remove_leftovers(folder)
         units = folder / FOLDER
-        if units.is_file():
+        if units.is_symlink() or (units.exists() and not units.is_dir()):  # neither is a link followed, nor a pipe waited for
             raise InputError("-o", str(folder), f"a file is in the place of the folder {FOLDER}", code="file")
-        if units.is_symlink() or not units.is_dir():  # neither is a link followed, nor a pipe waited for
-            _remove(units, folder)
-        for store in _matching_paths(units, _STORE):
-            _remove(store, folder)
-        with suppress(OSError):  # it has files of others, or is not there
-            units.rmdir()
+        for description in _matching_paths(folder, _EARLIER):
+            shutil.rmtree(description.parent, ignore_errors=True)
+        _remove_units(folder, _FINGERPRINT)
         return cls(folder, question)
 
     @classmethod
     def resume(cls, folder: Path, question: Mapping[str, Any]) -> UnitMemory:
         """Read the units of a question from the folder. Unreadable ones are left out, and computed again."""
         memory = cls(folder, question)
-        for group in _matching_paths(_store(folder, question), "*/"):
+        for file in _matching_paths(folder, f"{memory._fingerprint}-*.npz"):
             with suppress(WuchtError):
-                memory._stored_units |= archive.read_values(group)
+                memory._stored_units |= archive.read_value(file, FOLDER)
         return memory
 
     def unit(self, name: str, compute: Callable[[], T]) -> T:
@@ -95,31 +91,30 @@ class UnitMemory:
 
     def keep(self, name: str, outcome: Any) -> None:
         """Store the result of a computed unit."""
-        if self._store is not None:
+        if self._folder is not None:
             self._new[name] = outcome
             self._size += archive.size(outcome)
             if clock.perf_counter() - self._write_time > _EVERY_S or self._size > _MOST:
                 self.flush()
 
-    @property
-    def is_large(self) -> bool:
-        """True if unwritten units take so much memory that they should be written before more is needed."""
-        return self._size > _LARGE
-
     def flush(self) -> None:
         """Write the new units. Raises ``RunError`` if that is not possible."""
         self._write_time = clock.perf_counter()
-        if self._store is None or not self._new:
+        if self._folder is None or not self._new:
             return
-        for attempt in range(1, _TRIES + 1):
+        for tries_left in reversed(range(_TRIES)):
             try:
-                self._write(self._store)
+                replace_file(self._folder / FOLDER / f"{self._fingerprint}-{uuid4().hex}.npz", self._write)
                 break
-            except OSError as error:
-                if isinstance(error, FileNotFoundError) and attempt < _TRIES:
-                    continue
-                raise RunError(f"{self._store} cannot be written: {error.strerror or error}", code="not-written") from None
+            except RunError:
+                if not tries_left:
+                    raise
         self._new, self._size = {}, 0
+        return_free_memory()
+
+    def _write(self, file: Path) -> None:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        archive.write_values(file, {_QUESTION: self._question, FOLDER: self._new})
 
     @contextmanager
     def kept_on_error(self) -> Iterator[None]:
@@ -129,70 +124,48 @@ class UnitMemory:
         except BaseException as error:
             with suppress(WuchtError):  # the error of the study is more informative
                 self.flush()
-            if self._store is not None and isinstance(error, KeyboardInterrupt):
-                raise KeyboardInterrupt(_interruption(self._store.parent.parent)) from None
+            if self._folder is not None and isinstance(error, KeyboardInterrupt):
+                raise KeyboardInterrupt(interruption(self._folder)) from None
             raise
 
-    def _write(self, store: Path) -> None:
-        """Write a group with the new units; create the store if it is missing."""
-        import zarr
-        from zarr.errors import ContainsGroupError
-
-        if not (store / "zarr.json").is_file():
-            with suppress(ContainsGroupError):  # another process has just created the same
-                zarr.create_group(store, attributes={_QUESTION: self._question})
-        archive.write_values(store / uuid4().hex, self._new)
-        return_free_memory()
-
     def forget(self) -> None:
-        """Remove the units of this question, and what a kill has left of such a removal."""
-        if self._store is not None:
-            units = self._store.parent
-            _remove_leftovers(units.parent)
-            _remove(self._store, units.parent)
-            with suppress(OSError):  # it has units of other processes, or is gone
-                units.rmdir()
+        """Remove the units of this question."""
+        if self._folder is not None:
+            _remove_units(self._folder, self._fingerprint)
 
 
 def stored_questions(folder: Path) -> list[dict[str, Any]]:
     """The questions whose units are stored in a folder."""
-    import zarr
-
-    questions: list[dict[str, Any]] = []
-    for store in filter(Path.is_file, _matching_paths(folder / FOLDER, "*/zarr.json")):
-        with suppress(Exception):  # a damaged file, which can cause any error, has no question
-            questions.append(dict(zarr.open_group(store.parent, mode="r").attrs[_QUESTION]))
-    return questions
-
-
-def _store(folder: Path, question: Mapping[str, Any]) -> Path:
-    return folder / FOLDER / sha256(json.dumps(question, sort_keys=True).encode()).hexdigest()[:_HASH]
+    questions: dict[str, dict[str, Any]] = {}
+    for file in _matching_paths(folder, f"{_FINGERPRINT}-*.npz"):
+        fingerprint = file.name[:_HASH]
+        if fingerprint not in questions:
+            with suppress(WuchtError):  # a damaged file has no question
+                questions[fingerprint] = archive.read_value(file, _QUESTION)
+    return list(questions.values())
 
 
 def _matching_paths(folder: Path, pattern: str) -> list[Path]:
-    """Paths in a folder that match a pattern; none if another process has just removed it."""
+    """Paths in the folder of units that match a pattern; none if another process has just removed it."""
     try:
-        return sorted(folder.glob(pattern))
+        return sorted((folder / FOLDER).glob(pattern))
     except FileNotFoundError:
         return []
 
 
-def _remove_leftovers(folder: Path) -> None:
-    """Remove folders whose removal a kill has broken off."""
-    for leftover in _matching_paths(folder, f".{FOLDER}-*"):
-        shutil.rmtree(leftover, ignore_errors=True)
+def _remove_units(folder: Path, fingerprint: str) -> None:
+    """Remove units, with what kills have left beside them; their folder too, unless it has others.
 
-
-def _remove(path: Path, beside: Path) -> None:
-    """Remove a folder, in one step for all processes. Raises ``InputError`` if that is not possible."""
-    trash = beside / f".{FOLDER}-{uuid4().hex}"
+    Raises ``InputError`` if that is not possible.
+    """
     try:
-        path.rename(trash)
-    except FileNotFoundError:
-        return
+        for pattern in (f"{fingerprint}-*.npz", f".{fingerprint}-*.part"):
+            for file in _matching_paths(folder, pattern):
+                file.unlink(missing_ok=True)
     except OSError as error:
-        raise InputError("-o", str(beside), f"nothing can be written there: {error.strerror}") from None
-    shutil.rmtree(trash, ignore_errors=True)
+        raise InputError("-o", str(folder), f"nothing can be written there: {error.strerror}") from None
+    with suppress(OSError):  # it has files of others, or is not there
+        (folder / FOLDER).rmdir()
 
 
 def question_of(spec: Study, subject: Any) -> dict[str, Any]:
@@ -209,17 +182,23 @@ def earlier_result(folder: Path, spec: Study, question: Mapping[str, Any]) -> tu
     """The complete result of the same question, if the folder has it; and a note on a result with another horizon.
 
     There is none where the folder has a run of this question that is not complete: that is continued. Raises ``InputError`` if
-    what the folder has belongs to another question, or was changed.
+    what the folder has belongs to another question, was changed, or is the unfinished run of an earlier version.
     """
-    questions = stored_questions(folder)
-    if not questions and (part := _stored_result(folder / PARTIAL)) is not None:
-        questions = [without_titles(part.wucht.question)]
+    questions, result = stored_questions(folder), _stored_result(folder / RESULT)
+    if not questions:
+        if _matching_paths(folder, _EARLIER) or (result is not None and not result.attrs["finished"]):
+            explanation = (
+                "was begun by an earlier version of wucht, which alone can continue it; without --resume it begins anew"
+            )
+            raise InputError("--resume", None, f"the unfinished run in {folder} {explanation}", code="earlier-version")
+        if (part := _stored_result(folder / PARTIAL)) is not None:
+            questions = [without_titles(part.wucht.question)]
     if question in questions:
         return None, []
-    if (result := _stored_result(folder / RESULT)) is not None:
+    if result is not None:
         answered_question = without_titles(result.wucht.question)
         if answered_question == question:
-            return result if result.attrs["finished"] else None, []
+            return result, []
         questions = questions or [answered_question]
     if not questions:
         return None, []
@@ -252,12 +231,14 @@ def begin_units(folder: Path, question: Mapping[str, Any], resume: bool, announc
     return memory
 
 
-def _interruption(folder: Path) -> str:
-    """The sentence on what a run has left that was interrupted before it could write its result."""
-    part = f"what was computed so far is in {folder / PARTIAL}" if (folder / PARTIAL).is_file() else "there is no result yet"
-    steps = ", and --resume continues from there" if stored_questions(folder) else ", and nothing to continue"
+def interruption(folder: Path, failure: str = "") -> str:
+    """The sentence on a run that was interrupted, or has failed: what it leaves in its folder, and what was there before."""
     earlier = f"; the earlier result, {folder / RESULT}, is unchanged" if (folder / RESULT).is_file() else ""
-    return f"interrupted: {part}{steps}{earlier}"
+    if failure:
+        return f"{failure}. What was computed so far is in {folder / PARTIAL}{earlier}"
+    part = f"what was computed so far is in {folder / PARTIAL}" if (folder / PARTIAL).is_file() else "there is no result yet"
+    steps = "--resume continues from there" if stored_questions(folder) else "nothing to continue"
+    return f"interrupted: {part}, and {steps}{earlier}"
 
 
 def _stored_result(file: Path) -> xr.Dataset | None:

@@ -25,10 +25,10 @@ from wucht.plots.sheet import write_assumptions
 from wucht.results.accessor import register_accessor
 from wucht.results.attempts import Attempts, with_attempt_warnings
 from wucht.results.formatting import units_in_print
-from wucht.results.output_folder import NEW, claim_folder, commit, remove_partial, rename_unfinished, save_partial
+from wucht.results.output_folder import NEW, claim_folder, commit, remove_partial, save_partial
 from wucht.results.output_folder import load_result as read_result
 from wucht.results.provenance import provenance, refuse_edited_values
-from wucht.results.report import lines_in_print, report_of
+from wucht.results.report import is_of_version_0_1, lines_in_print, report_of
 from wucht.results.store import RESULT, file_name, partial_name, prepare_folder, return_free_memory, save, to_json
 from wucht.studies.answer import Answer
 from wucht.studies.assumptions import assumptions
@@ -151,7 +151,6 @@ def _compute_result(
     memory, notes, untitled_question = UnitMemory(), list[str](), without_titles(question)
     if folder is not None:
         folder = prepare_folder(folder, [*files, *map(partial_name, files)])
-        rename_unfinished(folder)
         if resume:
             complete_result, notes = earlier_result(folder, spec, untitled_question)
             if complete_result is not None:
@@ -187,8 +186,6 @@ def _compute_result(
             memory.flush()
             remedy = "only a run with a folder can be resumed" if folder is None else "--resume continues from there"
             notes.append(f"interrupted: the result is incomplete; {remedy}")
-        if memory.is_large:
-            memory.flush()
         final = assemble_result(answer, not is_interrupted)
         del answer, answers  # what they have may be larger than the result
         if folder is not None:
@@ -345,7 +342,8 @@ def report(result: xr.Dataset) -> list[str]:
     InputError
         As ``draw`` does; for an unknown study where the result has no lines.
     """
-    if result.attrs.get("study") in studies() or result.wucht.stored_report is None:
+    is_known = result.attrs.get("study") in studies() or result.wucht.stored_report is None
+    if is_known and not is_of_version_0_1(result):
         with _study_of_result(result) as entry:
             return lines_in_print(entry.drawer.report(result), result)
     with refuse_edited_values(result):
@@ -387,6 +385,11 @@ def _study_of_result(result: xr.Dataset) -> Iterator[StudyEntry]:
         module = result.attrs.get("study_module")
         place = "is not installed" if module is None else f"is in the module {module}, to be imported first: --import {module}"
         raise InputError("study", kind, f"there is no study of this kind; it {place}")
+    if is_of_version_0_1(result):
+        explanation = (
+            "this result is of version 0.1 of wucht, which alone can draw it; `wucht report` has its verdict and numbers"
+        )
+        raise InputError(kind, None, explanation, code="earlier-version")
     contents = result.wucht.contents if "contents" in result.attrs else ["contents"]
     missing = [n for n in contents if n not in result.variables]
     if missing:

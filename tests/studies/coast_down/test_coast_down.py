@@ -330,7 +330,7 @@ def test_what_is_remembered_of_a_long_run_is_small(tmp_path: Path, swinging: boo
     run(CoastDown(until=1000.0, start=AT_100), machine, folder=tmp_path, progress=stop)
     units = [f for f in (tmp_path / "units").rglob("*") if f.is_file()]
     assert units
-    assert sum(f.stat().st_size for f in units) < 3_000_000
+    assert sum(f.stat().st_size for f in units) < 3_500_000
 
 
 @pytest.mark.slow
@@ -339,7 +339,7 @@ def test_another_process_resumes_it(tmp_path: Path, study: Callable[..., Path]) 
     file = study('kind = "run-up"\nuntil = "0.5 s"', 'kind = "coast-down"\nuntil = "2000 s"')
     shares, asked = list[float](), read_study(str(file))
     run(asked.spec, asked.subject, folder=tmp_path / "out", progress=stop_after(0.03, shares))
-    units = list((tmp_path / "out" / "units").glob("*/*/zarr.json"))
+    units = list((tmp_path / "out" / "units").glob("*.npz"))
     assert units
     script = (
         "import sys\nfrom pathlib import Path\n"
