@@ -12,11 +12,7 @@ import pytest
 import xarray as xr
 from tests.refusals import check_refusal, refused
 
-<<<<<<< HEAD
 from wucht import CamContour, report, run
-from wucht.cams.workshop.cam_files import WorkshopCurve
-=======
->>>>>>> line-r
 from wucht.cams.workshop.points import chord_deviation
 from wucht.studies.cam_contour.export import drive_of, points_to_mill
 

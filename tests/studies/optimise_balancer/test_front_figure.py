@@ -8,11 +8,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from searches import searched
 
-<<<<<<< HEAD
 from wucht import draw
-=======
-from wucht.studies.runner import draw
->>>>>>> line-r
 
 COLUMNS = {"s": (0, 1.0), "g·mm": (1, 1e6), "mm": (2, 1e3), "%": (3, 100.0)}
 
@@ -62,69 +58,9 @@ def test_runs_without_a_verdict_are_a_bar_along_the_capture_probability() -> Non
     assert any(bar == pytest.approx(np.array([own - [0.0, 100 * undecided], own])) for bar in bars)
 
 
-<<<<<<< HEAD
 def test_the_curve_shows_when_runs_settle_and_small_deviations_have_decayed() -> None:
     """To a hundredth, at the rate that is stated."""
     result = searched("held")
-=======
-def test_objectives_that_do_not_vary_have_no_panel(monkeypatch: Patch) -> None:
-    """Two are left of four. An objective that differs by rounding does not vary; that of the machine as it is counts."""
-    result = ask_known(monkeypatch, later)
-    (axes,) = panels(result)
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("median settling time (s)", "peak amplitude (mm)")
-    for more, count in ((1e-12, 1), (1e-6, 3)):
-        other = result.copy(deep=True)
-        other.front_objective.values[:, 1], other.front_checked.values[:, 1], other.own_objective.values[1] = 0.02, 0.02, 0.02
-        other.own_checked.values[1] = 0.02 * (1 + more)
-        assert len(panels(other)) == count
-    result.own_checked.values[2] = np.nan
-    (axes,) = panels(result)
-    assert lines_of(axes)["machine as it is"] == pytest.approx(in_print(axes, result.own_objective.values)), "no check, no peak"
-
-
-def test_limits_leave_room_on_both_sides_and_twice_as_much_above(monkeypatch: Patch) -> None:
-    """About the front and the machine as it is, not about distant candidates."""
-    result = ask_known(monkeypatch, later)
-    (axes,) = panels(result)
-    of = np.concatenate([result.front_objective.values, result.front_checked.values, result.own_checked.values[None]])
-    points = in_print(axes, of)
-    low, high = points.min(axis=0), points.max(axis=0)
-    limits = np.array([axes.get_xlim(), axes.get_ylim()]).T
-    assert limits == pytest.approx(np.array([low - 0.08 * (high - low), high + 0.16 * (high - low)]))
-
-
-@pytest.mark.parametrize(("peak", "limits"), [(2e-3, (1.8, 2.4)), (0.0, (-1.0, 2.0))])
-def test_limits_of_points_that_are_all_alike(peak: float, limits: tuple[float, float], monkeypatch: Patch) -> None:
-    (axes,) = panels(ask_known(monkeypatch, lambda _: End(1.0, peak), objectives=["peak"]))
-    assert axes.get_xlim() == pytest.approx(limits) == axes.get_ylim()
-
-
-def test_runs_without_a_verdict_are_a_bar_along_the_capture_probability(monkeypatch: Patch) -> None:
-    def ends(candidate: Candidate) -> list[tuple[float, End]]:
-        is_own = abs(candidate.x - OWN) < 1e-6
-        return [(0.25, OPEN), (0.25 if is_own else 0.125, CAUGHT), (0.5 if is_own else 0.625, later(candidate))]
-
-    result = ask_known(monkeypatch, ends, objectives=["peak", "capture-probability"])
-    (axes,) = panels(result)
-    assert axes.get_ylabel() == "capture probability (%)"
-    own = in_print(axes, result.own_checked.values)[0]
-    bar = np.asarray(axes.lines[-1].get_xydata(), float)
-    assert bar == pytest.approx(np.array([own - [0.0, 25.0], own]))
-    assert own[1] == 50.0
-
-
-def test_the_curve_shows_where_all_pass_and_when_small_deviations_have_decayed(monkeypatch: Patch) -> None:
-    """To a hundredth, at the rate that is stated; none where there is no decay."""
-
-    def ends(candidate: Candidate) -> list[tuple[float, End]] | End:
-        through = End(2 + candidate.x**2)
-        return [(0.25, CAUGHT), (0.75, through)] if candidate.x < -0.5 else through
-
-    def rates(dampings: np.ndarray) -> tuple[np.ndarray, float]:
-        return (np.where(dampings < 5e-3, 1e5 * dampings, -1.0), 2e-3)
-
-    result = ask_known(monkeypatch, ends, rates=rates, damping_curve=True)
->>>>>>> line-r
     axes = panels(result)[-1]
     lines, dampings, s = lines_of(axes), result.damping.values, result.wucht.summary
     assert lines["runs"] == pytest.approx(np.stack([dampings, result.settling_time.values], axis=1))
