@@ -28,7 +28,7 @@ def measure() -> Iterator[tuple[str, str]]:
     yield "integration alone", f"{1e3 * alone:8.2f} ms"
     watched = best(lambda: _legs(motion, case), 25) / best(lambda: _unwatched(motion, case), 25)
     yield "integrated leg by leg and watched, times the same unwatched", f"{watched:8.2f}"
-    judged = best(lambda: _motion(asked.prepare(machine)[0].run).verdict, 9)
+    judged = best(lambda: _motion(asked.prepare(machine)[0].case).verdict, 9)
     yield "checked, integrated and judged, times the integration", f"{judged / alone:8.1f}"
     whole = best(lambda: run(asked, machine), 9)
     yield "the same with its Dataset", f"{whole / alone:8.1f}"
