@@ -134,7 +134,7 @@ def test_a_file_that_is_not_whole_is_refused(tmp_path: Path) -> None:
 
 def test_a_changed_byte_changes_no_number(tmp_path: Path) -> None:
     """Whichever it is: the values are refused, or the same where it says nothing, as the time of an entry."""
-    file, value = tmp_path / "a", (np.random.default_rng(1).normal(size=9), np.zeros(500), "text")
+    file, value = tmp_path / "a", (np.random.default_rng(1).normal(size=99), np.zeros(500), "text")
     archive.write_values(file, {"x": value})
     whole, refused = file.read_bytes(), 0
     for place in range(len(whole)):

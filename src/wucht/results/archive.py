@@ -39,9 +39,10 @@ def write_values(path: Path, values: Mapping[str, Any]) -> None:
 
 
 def _compression(array: np.ndarray) -> int:
-    """Of an entry: what does not become much smaller, as most numbers, would take much time for nothing."""
+    """Of an entry: many numbers that do not become much smaller, as most do not, would take much time for nothing."""
     sample = array.flat[:: max(1, array.size // _SAMPLE)].tobytes()
-    return ZIP_DEFLATED if len(compress(sample)) < 0.75 * len(sample) else ZIP_STORED
+    is_worth_it = array.size <= _SAMPLE or len(compress(sample)) < 0.75 * len(sample)
+    return ZIP_DEFLATED if is_worth_it else ZIP_STORED
 
 
 def read_value(path: Path, name: str) -> Any:

@@ -330,7 +330,7 @@ def test_what_is_remembered_of_a_long_run_is_small(tmp_path: Path, swinging: boo
     run(CoastDown(until=1000.0, start=AT_100), machine, folder=tmp_path, progress=stop)
     units = [f for f in (tmp_path / "units").rglob("*") if f.is_file()]
     assert units
-    assert sum(f.stat().st_size for f in units) < 3_500_000
+    assert sum(f.stat().st_size for f in units) < 3_000_000
 
 
 @pytest.mark.slow

@@ -13,9 +13,9 @@ from wucht.dynamics.run_ups.run_up import Motion
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 
-_FIRST_TURNS, _LEGS = 4.0, 9  # of the main rotor in the first leg, and legs: a torus is known after 500 turns in a leg
+_FIRST_TURNS, _FIRST_CYCLES = 4.0, 0.25  # in the first leg, of the main rotor and of a modulation
+_LEGS = 9  # a torus is known after 500 turns in a leg
 _TOLERANCE = 1e-9  # of the integration: multipliers and exponents need a finer one than a verdict
-_FIRST_CYCLES = 0.25  # likewise, of a modulation
 
 
 def limit_at_end(motion: Motion, report: Heartbeat | None = None) -> LongRun:
