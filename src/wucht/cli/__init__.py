@@ -17,11 +17,6 @@ def main() -> None:
     from wucht.cli.surroundings import open_streams, without_figure_settings
 
     open_streams()
-    if sys.argv[1:2] == ["complete-words"]:  # called by a shell through a script of ``completion``
-        from wucht.cli.completing import words
-
-        sys.stdout.write("".join(f"{word}\n" for word in words(" ".join(sys.argv[2:]))))
-        _leave(0)
     gc.set_threshold(_OBJECTS)
     warnings.formatwarning = lambda message, *_, **__: f"warning: {message}\n"  # as other warnings of the command line
     without_figure_settings()

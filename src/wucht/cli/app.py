@@ -25,7 +25,6 @@ app = typer.Typer(
     name="wucht",
     help="Machines in which rotation and vibration act on each other: from a machine file to a verdict.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -61,10 +60,11 @@ def register() -> None:
     app.registered_commands.clear()
     commands: dict[str, Callable[..., None]] = {
         "run": run, "compare": compare, "list": list_all, "new": new, "equations": equations, "plot": plot, "export": export,
-        "report": report, "share": share, "app": live_app, "completion": completion,
+        "report": report, "share": share, "app": live_app,
     }  # fmt: skip
     for name, command in commands.items():
         app.command(name)(_with_exit_errors(command, loads_libraries=name in _WITH_LIBRARIES))
+    app.command("completion", hidden=True)(completion)
 
 
 class _NobodyReadsError(Exception):

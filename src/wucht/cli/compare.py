@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from wucht.cli.completing import settable_keys, study_names
 from wucht.cli.options import DEFAULT_STYLE, DecimalOption, FormatOption, Imports, StyleOption, is_decimal_comma
 
 if TYPE_CHECKING:
@@ -19,13 +20,26 @@ _LONGEST = 80  # letters in a folder's name
 
 
 def compare(
-    of: Annotated[list[str], typer.Argument(metavar="STUDY...", help="Study files, catalogue names, folders of results.")],
+    of: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="STUDY...", autocompletion=study_names, help="Study files, catalogue names, folders of results."
+        ),
+    ],
     set_: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter in all of them; repeatable.")
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="KEY=VALUE", autocompletion=settable_keys, help="Set a parameter in all of them; repeatable."
+        ),
     ] = None,
     vary: Annotated[
         list[str] | None,
-        typer.Option("--vary", metavar="KEY=A,B,...", help="A variant for each value; twice: for each pair of values."),
+        typer.Option(
+            "--vary",
+            metavar="KEY=A,B,...",
+            autocompletion=settable_keys,
+            help="A variant for each value; twice: for each pair of values.",
+        ),
     ] = None,
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Output folder; default results/compare/NAMES.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print exactly one JSON object.")] = False,

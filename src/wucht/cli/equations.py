@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from wucht.cli.options import Imports
+from wucht.cli.options import Imports, Settings, StudyName
 from wucht.errors import InputError
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def equations(
-    study: Annotated[str, typer.Argument(help="A study file, or a name from `wucht list`.")],
+    study: StudyName,
     slow: Annotated[bool, typer.Option("--slow", help="The averaged equations, the fast rotation averaged away.")] = False,
     latex: Annotated[bool, typer.Option("--latex", help="As LaTeX.")] = False,
     inertia: Annotated[
@@ -23,7 +23,7 @@ def equations(
         typer.Option("--inertia/--no-inertia", help="With --slow: keep the inertia of the balancing bodies, or not."),
     ] = None,
     order: Annotated[int, typer.Option("--order", help="With --slow: 1, or 2 for the next order.")] = 1,
-    set_: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter; repeatable.")] = None,
+    set_: Settings = None,
     import_: Imports = None,
 ) -> None:
     """Print the equations of motion that follow from the machine's energies, or the averaged equations."""

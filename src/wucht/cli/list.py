@@ -7,12 +7,16 @@ from typing import Annotated
 
 import typer
 
+from wucht.cli.completing import listed_names
 from wucht.cli.options import Imports
 from wucht.errors import InputError
 
 
 def list_all(
-    name: Annotated[str | None, typer.Argument(help="A study, a kind of part, or a catalogue name: what it is.")] = None,
+    name: Annotated[
+        str | None,
+        typer.Argument(help="A study, a kind of part, or a catalogue name: what it is.", autocompletion=listed_names),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print what it is as one JSON object, with all keys.")] = False,
     every_key: Annotated[bool, typer.Option("--all", help="List all keys of NAME at length, on more than a screen.")] = False,
     import_: Imports = None,

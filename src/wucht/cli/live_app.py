@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from wucht.cli.completing import study_names
 from wucht.errors import InputError, RunError
 
 if TYPE_CHECKING:
@@ -25,7 +26,10 @@ _HOST, _LARGEST_PORT = "127.0.0.1", 65535
 
 def live_app(
     study: Annotated[
-        str | None, typer.Argument(metavar="[FILE]", help="A study or machine file, or a name from `wucht list`.")
+        str | None,
+        typer.Argument(
+            metavar="[FILE]", autocompletion=study_names, help="A study or machine file, or a name from `wucht list`."
+        ),
     ] = None,
     port: Annotated[int, typer.Option("--port", help="The port, 0 to 65535; 0: any free one.")] = DEFAULT_PORT,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in a browser, or not.")] = True,

@@ -8,12 +8,13 @@ from typing import Annotated
 
 import typer
 
+from wucht.cli.completing import template_names
 from wucht.cli.options import Imports
 from wucht.errors import InputError
 
 
 def new(
-    name: Annotated[str, typer.Argument(help="A study (run-up) or a catalogue name to copy.")],
+    name: Annotated[str, typer.Argument(help="A study (run-up) or a catalogue name to copy.", autocompletion=template_names)],
     file: Annotated[Path | None, typer.Argument(help="The file to write, - for stdout; default NAME.toml here.")] = None,
     import_: Imports = None,
 ) -> None:

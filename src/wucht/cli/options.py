@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from wucht.cli.completing import settable_keys, study_names
 from wucht.errors import InputError
 from wucht.file_names import safe_name
 from wucht.files.documents import DEEPEST
@@ -150,6 +151,11 @@ def _import_module(module_or_path: str) -> None:
             importlib.import_module(f"{name}.{of_class}")
 
 
+StudyName = Annotated[str, typer.Argument(help="A study file, or a name from `wucht list`.", autocompletion=study_names)]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", autocompletion=settable_keys, help="Set a parameter; repeatable."),
+]
 Imports = Annotated[
     list[str] | None,
     typer.Option(

@@ -16,6 +16,8 @@ from wucht.cli.options import (
     Format,
     FormatOption,
     Imports,
+    Settings,
+    StudyName,
     Style,
     StyleOption,
     figure_names,
@@ -29,8 +31,8 @@ if TYPE_CHECKING:
 
 
 def run(
-    study: Annotated[str, typer.Argument(help="A study file, or a name from `wucht list`.")],
-    set_: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter; repeatable.")] = None,
+    study: StudyName,
+    set_: Settings = None,
     out: Annotated[
         Path | None, typer.Option("-o", "--out", help="Output folder; default results/NAME, or results/NAME/KIND.")
     ] = None,

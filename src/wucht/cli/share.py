@@ -7,13 +7,19 @@ from typing import Annotated
 
 import typer
 
-from wucht.cli.options import Imports
+from wucht.cli.completing import study_names
+from wucht.cli.options import Imports, Settings
 
 
 def share(
-    study: Annotated[str, typer.Argument(metavar="FILE", help="A study or machine file, or a name from `wucht list`.")],
+    study: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE", autocompletion=study_names, help="A study or machine file, or a name from `wucht list`."
+        ),
+    ],
     out: Annotated[Path, typer.Option("-o", "--out", help="The page of HTML to write.")] = Path("machine.html"),
-    set_: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter; repeatable.")] = None,
+    set_: Settings = None,
     verdict: Annotated[
         bool | None,
         typer.Option(
