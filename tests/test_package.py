@@ -109,24 +109,49 @@ def test_importing_a_face_loads_nothing_heavy() -> None:
     assert set(done.stdout.split()) - {"wucht.earlier_names"} == packages
 
 
-@pytest.mark.parametrize(("package", "name"), PUBLIC)
-def test_public_docstrings_have_numpys_form(package: str, name: str) -> None:
+def test_public_docstrings_have_numpys_form() -> None:
     """Sections in NumPy's order, underlined as long as they are named; each parameter of a function, and each field, named."""
-    public = getattr(import_module(package), name)
+    faults = {f"{package}.{name}": _faults(package, getattr(import_module(package), name)) for package, name in PUBLIC}
+    assert {name: fault for name, fault in faults.items() if fault} == {}
+
+
+def _faults(package: str, public: Any) -> list[str]:
+    """What a docstring lacks. package: that of the name."""
     if not callable(public):  # a number or a style
-        return
-    text = inspect.getdoc(public) or ""
-    lines = text.splitlines()
-    assert lines and lines[0].endswith(".")
-    sections = [k for k, line in enumerate(lines[:-1]) if re.fullmatch("-{3,}", lines[k + 1]) and line]
-    assert [lines[k] for k in sections] == [s for s in SECTIONS if s in [lines[k] for k in sections]]
-    for k in sections:
-        assert len(lines[k]) == len(lines[k + 1])
+        return []
+    lines = (inspect.getdoc(public) or " ").splitlines()
+    underlined = [k for k, line in enumerate(lines[:-1]) if re.fullmatch("-{3,}", lines[k + 1]) and line]
+    titles = [lines[k] for k in underlined]
     explained = _entries(lines, "Parameters") | (_entries(lines, "Attributes") if inspect.isclass(public) else set())
-    if package in FACES or not inspect.isclass(public):  # those of ``wucht`` are in a face as well, or tables of a study
-        assert _inputs(public) - explained == set()
-    if not inspect.isclass(public):
-        assert {"Returns", "Yields"} & set(lines) or inspect.signature(public).return_annotation == "None"
+    # Classes of ``wucht`` are in a face as well, or tables of a study.
+    unnamed = _inputs(public) - explained if package in FACES or not inspect.isclass(public) else set()
+    is_silent = not inspect.isclass(public) and not {"Returns", "Yields"} & set(lines)
+    return [
+        *(["the first line ends without a full stop"] if not lines[0].endswith(".") else []),
+        *(["sections in another order, or unknown"] if titles != [s for s in SECTIONS if s in titles] else []),
+        *(f"underlined too long or too short: {lines[k]}" for k in underlined if len(lines[k]) != len(lines[k + 1])),
+        *sorted(unnamed),
+        *(["no Returns"] if is_silent and inspect.signature(public).return_annotation != "None" else []),
+    ]
+
+
+def test_a_docstring_without_numpys_form_is_noticed() -> None:
+    def faulty(width: float) -> float:
+        """Nothing
+
+        Returns
+        -----
+
+        Parameters
+        ----------
+        height : float
+        """
+        return width
+
+    assert _faults("wucht", faulty) == [
+        "the first line ends without a full stop", "sections in another order, or unknown",
+        "underlined too long or too short: Returns", "width",
+    ]  # fmt: skip
 
 
 def _inputs(public: Any) -> set[str]:
@@ -144,14 +169,13 @@ def _entries(lines: list[str], section: str) -> set[str]:
     return set(re.findall(r"\w+", " ".join(line.split(":")[0] for line in written[:end] if line and not line.startswith(" "))))
 
 
-@pytest.mark.parametrize(("package", "name"), PUBLIC)
-def test_examples_of_public_names_are_true(package: str, name: str) -> None:
-    public = getattr(import_module(package), name)
-    if isinstance(public, ModuleType) or not callable(public):
-        return
+def test_examples_of_public_names_are_true() -> None:
     runner = doctest.DocTestRunner()
-    for example in doctest.DocTestFinder(recurse=False).find(public, name):
-        assert runner.run(example).failed == 0
+    for package, name in PUBLIC:
+        public = getattr(import_module(package), name)
+        if not isinstance(public, ModuleType) and callable(public):
+            for example in doctest.DocTestFinder(recurse=False).find(public, name):
+                assert runner.run(example).failed == 0, f"{package}.{name}"
 
 
 def test_one_run_is_a_table_of_its_own_size() -> None:

@@ -40,8 +40,8 @@ def template_names(incomplete: str) -> list[str]:
 
 def settable_keys(context: typer.Context, incomplete: str) -> list[str]:
     """``KEY=`` for each parameter and key of the studies on the line; ``KEY=WORD`` where a key takes certain words."""
-    known = context.params  # what stands before an option without its value is left in the arguments
-    studies = [*context.args, *(known.get("of") or ()), *([known["study"]] if known.get("study") else [])]
+    study, several = context.params.get("study"), context.params.get("of")
+    studies = [*context.args, *(several or ()), *([study] if study else [])]  # args: those before an option without its value
     with catch_warnings():
         simplefilter("ignore")  # they would stand in the command line
         words = {word for study in studies for word in _keys_of_study(study, incomplete)}

@@ -17,9 +17,7 @@ class Shell(StrEnum):
     FISH = "fish"
 
 
-def completion(shell: Annotated[Shell, typer.Argument(help="bash, zsh or fish.")]) -> None:
+def completion(context: typer.Context, shell: Annotated[Shell, typer.Argument(help="bash, zsh or fish.")]) -> None:
     """Print the script that makes a shell complete at the press of Tab; `wucht --install-completion` writes it to its place."""
-    from wucht.cli.app import app
-
     os.environ["_WUCHT_COMPLETE"] = f"source_{shell}"  # the question that Typer answers with the script
-    app(prog_name="wucht")
+    context.find_root().command(prog_name="wucht")
