@@ -70,9 +70,11 @@ def _wucht(words: list[str]) -> None:
     from wucht.cli import app as cli
 
     cli.register()
-    known = typer.main.get_command(cli.app).commands  # type: ignore[attr-defined]
-    assert words[0] in known
-    command = known[words[0]]
+    whole: Any = typer.main.get_command(cli.app)
+    if words[0] in {option for parameter in whole.params for option in parameter.opts}:
+        return
+    assert words[0] in whole.commands
+    command = whole.commands[words[0]]
     if "--import" in words:  # what is loaded stays loaded: only a process of its own may do it
         assert (ROOT / words[words.index("--import") + 1]).is_file()
         return
