@@ -17,13 +17,12 @@ from tests.hand_made import with_answer
 from tests.refusals import refused
 
 from known_borders import border, machine, rail
+from wucht import Basin, RunUp
 from wucht.dynamics.sampling.label_maps import border_cells
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.results.spreadsheets import save_csv
-from wucht.studies.basin.study import Basin
-from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, load, report
 from wucht.studies.runner import run as ask
 from wucht.studies.study_file import read_study

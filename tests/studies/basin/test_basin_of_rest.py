@@ -3,8 +3,7 @@
 import pytest
 from benchmarks.verdicts import MACHINES, Tried
 
-from wucht.studies.basin.study import Basin
-from wucht.studies.capture_probability.study import CaptureProbability
+from wucht import Basin, CaptureProbability
 from wucht.studies.runner import run
 
 SERIES, SHUNT, TABLE = MACHINES[:3]

@@ -12,7 +12,7 @@ import xarray as xr
 
 from interrupting import assert_same, stopped_at_once
 from known_borders import machine, rail
-from wucht.studies.basin.study import Basin
+from wucht import Basin
 from wucht.studies.runner import draw, report, run
 
 TURN = [0.0, "360 deg"]

@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 from tests.refusals import Refusal, refused
 
+from wucht import Basin
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.basin.study import Basin
 from wucht.studies.runner import run
 
 R1, NUMBERS = load_machine("drozdetskaya-2020/r1"), load_machine("drozdetskaya-2020/table-5.1")

@@ -14,6 +14,7 @@ import xarray as xr
 from tests.refusals import Refusal, refused
 
 from interrupting import stop_at
+from wucht import Sweep
 from wucht.dynamics.sweeps.moving import IntegrationError, Mover, Place, SweepLeg, moving_system
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
@@ -21,7 +22,6 @@ from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.studies.memory import UnitMemory
 from wucht.studies.runner import draw, report, run
-from wucht.studies.sweep.study import Sweep
 
 OMEGA_1 = "drive.no_load_speed"
 FIGURE_5 = "sperling-vibration/figure-5"

@@ -7,9 +7,9 @@ import pytest
 import xarray as xr
 from matplotlib.patches import ArrowStyle
 
+from wucht import Sweep
 from wucht.files.catalogue import load_machine
 from wucht.studies.runner import draw, run
-from wucht.studies.sweep.study import Sweep
 
 FIGURE_5 = "sperling-vibration/figure-5"
 
