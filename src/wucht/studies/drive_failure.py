@@ -20,6 +20,7 @@ from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.plots.scales import name_speeds, printed_values
+from wucht.plots.several_runs import draw_runs
 from wucht.plots.sheet import draw_panels, leading_clauses, legend_beside
 from wucht.plots.style import BAR_STYLES, COLOURS, line_style
 from wucht.results.formatting import abscissa_label, label
@@ -331,8 +332,8 @@ def _speeds(index: int, axis: Axes, result: xr.Dataset) -> None:
 
 def _amplitudes(axis: Axes, result: xr.Dataset) -> None:
     values, name = printed_values(result, "amplitude")
-    for k in range(result.sizes["case"]):
-        axis.plot(result.time.values[k], values[k], label=f"{_case(result, k)} fails", **line_style(k + 2))
+    looks = [line_style(k + 2) | {"label": f"{_case(result, k)} fails"} for k in range(result.sizes["case"])]
+    draw_runs(axis, result.time.values, values, looks)
     axis.axvline(0.0, **_FAILURE)
     axis.set(ylabel=name, ylim=(0, None))
 
