@@ -14,7 +14,7 @@ from wucht.analysis.throw import NUMBERS, Throw, largest_of
 from wucht.dynamics.run_ups.bearing_loads import BearingLife, bearing_warnings, lives_at_end, loads_at_end
 from wucht.dynamics.run_ups.contacts import ContactCheck, track_contacts
 from wucht.dynamics.run_ups.hanging_start import hanging_words
-from wucht.dynamics.run_ups.motion_limits import MotionLimits, stored_samples_per_turn
+from wucht.dynamics.run_ups.motion_limits import amplitude_limits, speed_limits, stored_samples_per_turn
 from wucht.dynamics.run_ups.run_up import Motion
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import Outcome
@@ -55,8 +55,8 @@ def fill_motion(
 
     variables = motion_quantities(machine, motion.rows, motion.machine_motion, motion.observation.largest)
     samples = stored_samples_per_turn(motion)
-    limits = MotionLimits.of(motion) if samples < _FEWEST_A_TURN else None
-    variables += [] if limits is None else envelopes(machine, motion.observation.main.last(1.0))
+    is_sparse = samples < _FEWEST_A_TURN  # then the variables are too few samples of the motion
+    variables += envelopes(machine, motion.observation.main.last(1.0)) if is_sparse else []
     row, noise = {q.name: q.value for q in variables}, Noise.of(motion.compiled_system.tolerance)
     residual, at_end = float(np.fmax.reduce(row["energy_residual"])), machine.at(float(row["time"][-1]))
     a.sentence, a.failure = verdict.sentence, trajectory.failure
@@ -70,7 +70,7 @@ def fill_motion(
         end_state=trajectory.end_state,
     )
     _warn(a, motion, samples, residual)
-    depth = _state_end(a, motion, row, limits, noise, residual, mark)
+    depth = _state_end(a, motion, row, is_sparse, noise, residual, mark)
     if hangs:
         a.number("start_state", hanging_words(machine), "start of the machine")
     state_starting_torques(a, machine.at(trajectory.end_time))
@@ -142,17 +142,17 @@ def _window(time: np.ndarray, verdict: Verdict) -> np.ndarray:
 
 
 def _state_end(
-    a: Answer, motion: Motion, row: Mapping[str, Any], limits: MotionLimits | None, noise: Noise, balance: float, mark: Mark
+    a: Answer, motion: Motion, row: Mapping[str, Any], is_sparse: bool, noise: Noise, balance: float, mark: Mark
 ) -> float | None:
     """State the summary of the contract, and return the depth of the modulation.
 
-    row: the variables of the result. limits: where these are too few samples of the motion. balance: error of the energy's.
+    row: the variables of the result. is_sparse: they are too few samples. balance: error of the energy's.
     """
     verdict, machine = motion.verdict, motion.case.machine.at(float(row["time"][-1]))
     evidence, modulation, inside = verdict.evidence, verdict.modulation, _window(row["time"], verdict)
     rotor = row["speed"][machine.bodies.index(machine.rotor)][inside]
-    envelope, (low, high) = row["amplitude"][inside], limits.speeds if limits else extremes(rotor)
-    amplitudes = verdict.amplitudes or (limits.amplitudes if limits else None)
+    envelope, (low, high) = row["amplitude"][inside], speed_limits(motion) if is_sparse else extremes(rotor)
+    amplitudes = verdict.amplitudes or (amplitude_limits(motion) if is_sparse else None)
     values = amplitudes or [float(f(envelope)) for f in (np.mean, np.min, np.max)]
     amplitude, least, greatest = (noise.without(a, motion.observation.largest) for a in values)
     residual = None if verdict.residual is None else noise.without(verdict.residual, 1.0)
