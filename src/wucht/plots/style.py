@@ -28,6 +28,7 @@ BAR_STYLES: tuple[dict[str, Any], ...] = (
     {"edgecolor": "white", "linewidth": 0.0, "hatch": "////"},
 )
 _BRIGHTEST = 0.9  # of the scale of colours
+_MOST_NAMED = 14  # of many lines in shades
 _MARKS, _MARK_EVERY = "osv", 0.12  # of lines whose colours are repeated; of the panel's diagonal
 
 
@@ -54,6 +55,24 @@ def mark_levels(axis: Axes, values: Iterable[float], name: str) -> None:
     """Draw dotted lines across a panel, of which the first has the name."""
     for k, value in enumerate(values):
         axis.axhline(value, **GUIDE, label=None if k else name)
+
+
+def mark_natural_frequencies(axis: Axes, values: Sequence[float]) -> None:
+    """Draw natural frequencies across a panel of speeds."""
+    mark_levels(axis, values, "natural frequencies" if len(values) > 1 else "natural frequency")
+
+
+def looks_of_many(labels: Sequence[str], linewidths: tuple[float, float]) -> list[dict[str, Any]]:
+    """The styles of many lines with their names: in shades where they are more than can be told apart, of which few are named.
+
+    linewidths: of lines that can be told apart, and in shades.
+    """
+    few, tones = len(labels) <= MOST_LOOKS, shades(len(labels))
+    return [
+        (line_style(k) | {"linewidth": linewidths[0]} if few else {"color": tones[k], "linewidth": linewidths[1]})
+        | ({"label": text} if few or k < _MOST_NAMED else {})
+        for k, text in enumerate(labels)
+    ]
 
 
 def mark_speeds(

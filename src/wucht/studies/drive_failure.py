@@ -12,14 +12,15 @@ from pydantic import Field
 
 from wucht.dynamics.run_ups.drive_losses import RunningState, check_drives
 from wucht.dynamics.run_ups.horizon import RunSettings, numbers_per_sample
-from wucht.dynamics.run_ups.operating_state import machine_in_operation, operating_states
+from wucht.dynamics.run_ups.operating_state import OperationCase, cases_in_operation, machine_in_operation
 from wucht.dynamics.run_ups.run_up import RunUpCase
-from wucht.dynamics.scenarios.drive_failures import DrivenRun, OperationCase, OperationRun, failures_in_turn
+from wucht.dynamics.scenarios.drive_failures import DrivenRun, OperationRun, failures_in_turn
 from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES, Outcome
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.plots.scales import name_speeds, printed_values
+from wucht.plots.several_runs import draw_runs
 from wucht.plots.sheet import draw_panels, leading_clauses, legend_beside
 from wucht.plots.style import BAR_STYLES, COLOURS, line_style
 from wucht.results.formatting import abscissa_label, label
@@ -96,14 +97,13 @@ class DriveFailure(Study):
         if self.begin != "rest":
             reason = "no synchronous configuration of the rotors is stable"
             try:
-                states = operating_states(machine, self.start, watch)
+                cases = cases_in_operation(machine, self.start, settings, watch)
             except InputError as error:
                 if error.key.startswith("study.start"):
                     raise
-                states, reason = (), error.explanation
-            if states:
-                cases = (RunUpCase.from_state(s.machine, s.state, settings) for s in states)
-                return tuple(OperationCase(case, s.label, s.rest_reason) for case, s in zip(cases, states, strict=True)), ""
+                cases, reason = (), error.explanation
+            if cases:
+                return cases, ""
             if self.begin == "operation":
                 remedy = "study.begin = 'rest' runs the machine up at the phases of study.start"
                 explanation = f"not possible here: {reason}; {remedy}"
@@ -331,8 +331,8 @@ def _speeds(index: int, axis: Axes, result: xr.Dataset) -> None:
 
 def _amplitudes(axis: Axes, result: xr.Dataset) -> None:
     values, name = printed_values(result, "amplitude")
-    for k in range(result.sizes["case"]):
-        axis.plot(result.time.values[k], values[k], label=f"{_case(result, k)} fails", **line_style(k + 2))
+    looks = [line_style(k + 2) | {"label": f"{_case(result, k)} fails"} for k in range(result.sizes["case"])]
+    draw_runs(axis, result.time.values, values, looks)
     axis.axvline(0.0, **_FAILURE)
     axis.set(ylabel=name, ylim=(0, None))
 

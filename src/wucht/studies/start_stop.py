@@ -26,7 +26,7 @@ from wucht.machines.machine import SUPPLIED_WORK, Machine
 from wucht.machines.schedules import SCHEDULE_WORK
 from wucht.plots.scales import name_speeds, printed_values
 from wucht.plots.sheet import leading_clauses, legend_beside, new_figure
-from wucht.plots.style import COLOURS, line_style, mark_levels
+from wucht.plots.style import COLOURS, line_style, mark_natural_frequencies
 from wucht.results.formatting import abscissa_label, with_unit
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
@@ -284,7 +284,7 @@ def _speeds(axis: Axes, result: xr.Dataset) -> None:
     highest = float(np.abs(result.rotor_speed).max())
     natural = np.unique(np.round(result.natural_frequency.values, 9))
     visible = natural[natural <= 1.05 * highest]
-    mark_levels(axis, visible, "natural frequency" if len(visible) == 1 else "natural frequencies")
+    mark_natural_frequencies(axis, visible.tolist())
     axis.set_ylim(bottom=0)
     name_speeds(axis, result, "rotor_speed")
 

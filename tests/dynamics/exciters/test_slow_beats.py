@@ -12,7 +12,8 @@ from wucht.dynamics.exciters import slow_beats
 from wucht.dynamics.exciters.design_trials import DesignTrials, spectrum_distances
 from wucht.dynamics.exciters.slow_beats import Beat, Rig
 from wucht.dynamics.run_ups.horizon import RunSettings
-from wucht.dynamics.run_ups.machine_signals import load_histories, machine_signal
+from wucht.dynamics.run_ups.machine_signals import machine_signal
+from wucht.dynamics.run_ups.observed_loads import load_histories
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.sampling.searches import variables_of
 from wucht.dynamics.work import Work

@@ -19,7 +19,8 @@ from wucht.dynamics.run_ups.bearing_loads import (
     loads_at_end,
 )
 from wucht.dynamics.run_ups.horizon import RunSettings
-from wucht.dynamics.run_ups.machine_signals import load_histories, rotor_signal
+from wucht.dynamics.run_ups.machine_signals import rotor_signal
+from wucht.dynamics.run_ups.observed_loads import load_histories
 from wucht.dynamics.run_ups.run_up import RunUpCase, run_to_end
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.work import Work

@@ -13,7 +13,6 @@ from wucht.dynamics.run_ups import coasting
 from wucht.dynamics.run_ups.coasting import (
     ROW,
     CarrierStart,
-    Descent,
     Record,
     _crossing,
     _halving_time,
@@ -63,8 +62,8 @@ def test_each_two_rows_after_the_first_become_one() -> None:
 
 
 def test_a_record_grows_leg_by_leg() -> None:
-    def leg(*values: float, **more: Any) -> Descent:
-        return Descent(end=None, rows={name: np.array(values) for name in ROW}, **more)  # type: ignore[arg-type]
+    def leg(*values: float, **more: Any) -> Record:
+        return Record(start_speed=-60.0, stride=0.5, end=None, rows={name: np.array(values) for name in ROW}, **more)  # type: ignore[arg-type]
 
     record = Record(end=None, start_speed=-60.0, stride=0.5)  # type: ignore[arg-type]
     turns, points = np.array([[1.0], [50.0]]), np.array([[2.0, 3.0], [-35.0, -25.0]])
@@ -207,7 +206,7 @@ def test_how_the_carrier_starts() -> None:
     assert carrier_start(of, {}, "none") == (CarrierStart.REST, "")
 
 
-def reduced(monkeypatch: pytest.MonkeyPatch, time: np.ndarray, speed: np.ndarray, before: Record, stored: Any = 0.0) -> Descent:
+def reduced(monkeypatch: pytest.MonkeyPatch, time: np.ndarray, speed: np.ndarray, before: Record, stored: Any = 0.0) -> Record:
     """A leg whose axis has the peaks 1, 2, 3, ..., and whose losses are ten times the time."""
     coordinate = SimpleNamespace(position=SimpleNamespace(name="phi"), velocity=SimpleNamespace(name="omega"))
     rotor = SimpleNamespace(coordinate=coordinate)

@@ -8,8 +8,8 @@ from tests.refusals import refused
 
 from wucht import Machine, parts
 from wucht.dynamics.run_ups.horizon import RunSettings
-from wucht.dynamics.run_ups.machine_signals import LoadHistory, load_histories, machine_signal
-from wucht.dynamics.run_ups.observed_loads import loaded_runs
+from wucht.dynamics.run_ups.machine_signals import machine_signal
+from wucht.dynamics.run_ups.observed_loads import LoadHistory, load_histories, loaded_runs
 from wucht.dynamics.run_ups.run_up import RunUpCase, run_up
 from wucht.dynamics.work import LeastShare, Work
 from wucht.files.building import machine_from

@@ -9,7 +9,7 @@ import pytest
 
 from wucht import Machine, parts
 from wucht.dynamics.run_ups.horizon import RunSettings
-from wucht.dynamics.run_ups.motion_limits import MotionLimits, stored_samples_per_turn
+from wucht.dynamics.run_ups.motion_limits import amplitude_limits, speed_limits, stored_samples_per_turn
 from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
 from wucht.dynamics.work import Work
 
@@ -38,11 +38,11 @@ def test_samples_a_turn_where_they_are_fewest(speed: float) -> None:
 
 def test_the_limits_are_those_of_the_whole_motion_in_the_window() -> None:
     coarse, fine = motion(stored_samples=150), motion()
-    limits, (begin, end) = MotionLimits.of(coarse), coarse.verdict.window
+    begin, end = coarse.verdict.window
     inside = (fine.machine_motion.time >= begin) & (fine.machine_motion.time <= end)
     speed = fine.rows["drum.speed"][inside]
-    assert limits.speeds == pytest.approx((speed.min(), speed.max()), rel=1e-3)
-    mean, least, greatest = limits.amplitudes
+    assert speed_limits(coarse) == pytest.approx((speed.min(), speed.max()), rel=1e-3)
+    mean, least, greatest = amplitude_limits(coarse)
     assert least <= mean <= greatest
     assert greatest == pytest.approx(np.abs(fine.rows["carrier.x"][inside]).max(), rel=0.02)
 
@@ -50,5 +50,5 @@ def test_the_limits_are_those_of_the_whole_motion_in_the_window() -> None:
 def test_without_a_whole_turn_the_distances_of_the_spans_are_the_limits() -> None:
     """A tenth of a second at 6 rad/s."""
     slow = motion(6.0, 20, 0.1)
-    mean, least, greatest = MotionLimits.of(slow).amplitudes
+    mean, least, greatest = amplitude_limits(slow)
     assert least <= mean <= greatest and greatest == pytest.approx(slow.observation.largest, rel=0.02)

@@ -23,7 +23,7 @@ def screen() -> Machine:
 
 def observer(machine: Machine, signal: Any = None, begin: float = 0.0) -> LoadObserver:
     motion_observer: Any = SimpleNamespace(machine=machine, begin=lambda: None, update=lambda previous, motion: None)
-    return LoadObserver(motion_observer, signal, begin)
+    return LoadObserver(motion_observer, signal, begin, with_largest=True)
 
 
 def moved(machine: Machine, share: float, time: np.ndarray, speeds: tuple[float, float] = (0.0, 0.0)) -> Any:

@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 
 from wucht.dynamics.run_ups.horizon import RunSettings
-from wucht.dynamics.run_ups.start_stop_cases import SLOW_EVENT, SuppliedModel, drives_without_circuit, stop_case
+from wucht.dynamics.run_ups.start_stop_cases import SLOW_EVENT, drives_without_circuit, stop_case, with_circuit_heat
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 
@@ -36,7 +36,7 @@ def machine(**more: Any) -> Machine:
 def test_the_heat_is_that_of_all_circuits_at_the_speeds_of_their_motors() -> None:
     """(U - k Phi w)^2/R_A: behind a gear the motor is twice as fast as its rotor, on a carrier its stator turns with that."""
     of = machine()
-    heat = SuppliedModel(of, np.zeros(len(of.state_names))).system.quadratures[-1].expression
+    heat = with_circuit_heat(of).quadratures[-1].expression
     speeds = {of.body("a").coordinate.velocity: 30.0, of.body("b").coordinate.velocity: -50.0, of.frame.rotation: 4.0}
     found = sp.sympify(heat).xreplace({s: sp.Float(x) for s, x in speeds.items()}).xreplace(of.numbers)
     assert float(found) == pytest.approx((100 - 0.5 * 2 * (30 - 4)) ** 2 / 2 + (-80 + 0.5 * 50) ** 2 / 2)
@@ -62,7 +62,7 @@ def slow_value(case: Any, a: float, b: float) -> float:
     (event,) = (e for e in case.horizon.events if e.name == SLOW_EVENT)
     coasting, [model] = case.machine, case.models
     at = {coasting.body(n).coordinate.velocity: w for n, w in (("a", a), ("b", b))}
-    at |= dict(zip(model.speed_symbols, model.speeds.values(), strict=True))
+    at |= dict(zip(model.system.parameters[-len(model.further_values) :], model.further_values, strict=True))
     assert (event.direction, event.terminal) == (-1, True)
     return float(sp.sympify(event.expression).subs(at))
 
@@ -82,7 +82,7 @@ def test_the_way_down_ends_where_the_rotors_are_slow_in_the_mean_square() -> Non
 
 def test_a_rotor_that_rests_at_the_switch_off_does_not_count() -> None:
     case = stopped(machine(), (0.0, -40.0))
-    assert list(case.models[0].speeds.values()) == [-40.0]
+    assert case.models[0].further_values == (-40.0,)
     assert stopped(machine(), (0.0, 0.0)) is None
 
 

@@ -22,7 +22,7 @@ class Held(Mover):
     """A machine that is held, with given speeds and amplitudes of its legs, the last ones for ever."""
 
     def leg(self, place: Any, duration: float, to: float | None = None) -> Any:
-        speeds, windows = self.compiled_system  # type: ignore[misc]
+        speeds, windows = self.moved_machine.compiled_system  # type: ignore[misc]
         speed, amplitude = speeds[min(len(windows), len(speeds) - 1)]
         windows.append(duration)
         return SimpleNamespace(place=place + 1, speed=speed, amplitude=amplitude, modulation=self.report)
@@ -33,7 +33,8 @@ def settled(
 ) -> tuple[Any, bool, list[float]]:
     windows = list[float]()
     moved: Any = SimpleNamespace(pace=SimpleNamespace(response_time=response_time, turn=1.0))
-    leg, steady = Held(moved, (speeds, windows), modulation).settle(0, largest)  # type: ignore[arg-type]
+    moved.compiled_system = speeds, windows
+    leg, steady = Held(moved, modulation).settle(0, largest)  # type: ignore[arg-type]
     return leg, steady, windows
 
 
@@ -82,6 +83,7 @@ def mover(monkeypatch: pytest.MonkeyPatch, run: Any) -> Mover:
         parameter_names=("k", "base", "rate", "origin"),
     )  # fmt: skip
     moved = SimpleNamespace(machine=machine, path="c", pace=SimpleNamespace(fastest=10.0), energy=2.0, initial=np.arange(3.0))
+    moved.compiled_system = SimpleNamespace(system=system)
     monkeypatch.setattr(Mover, "_run", run)
     monkeypatch.setattr(
         moving,
@@ -90,7 +92,7 @@ def mover(monkeypatch: pytest.MonkeyPatch, run: Any) -> Mover:
     )
     monkeypatch.setattr(moving, "axis_at_rest", lambda _: None)
     monkeypatch.setattr(moving.AxisMotion, "of", lambda *_: SimpleNamespace(peaks=np.array([0.25])))
-    return Mover(moved, SimpleNamespace(system=system), lambda _: None)  # type: ignore[arg-type]
+    return Mover(moved, lambda _: None)  # type: ignore[arg-type]
 
 
 def grids_of(monkeypatch: pytest.MonkeyPatch, duration: float, to: float | None = None) -> tuple[Any, list[Any], list[Any]]:
@@ -156,7 +158,7 @@ def test_whole_turns_of_a_rotor_are_taken_off_all_that_turns_with_it(
 
 
 def test_a_leg_that_breaks_off(monkeypatch: pytest.MonkeyPatch) -> None:
-    of = Mover(SimpleNamespace(energy=2.0), None, None)  # type: ignore[arg-type]
+    of = Mover(SimpleNamespace(energy=2.0, compiled_system=None), None)  # type: ignore[arg-type]
     for failure in ("it burst", None):
         result = SimpleNamespace(failure=failure)
         monkeypatch.setattr(moving, "integrate", lambda *_, result=result: SimpleNamespace(reraise_interrupt=lambda: result))

@@ -32,7 +32,8 @@ def test_the_energy_that_is_missing_is_that_at_the_end_of_a_leg(monkeypatch: pyt
     monkeypatch.setattr(moving, "advance_balance", lambda balance, stored, _: (balance, np.linspace(0.0, 3e-9, len(stored))))
     monkeypatch.setattr(moving, "axis_at_rest", lambda _: None)
     monkeypatch.setattr(moving.AxisMotion, "of", lambda *_: SimpleNamespace(peaks=np.array([0.25])))
-    mover = Mover(moved, compiled, lambda _: None)  # type: ignore[arg-type]
+    moved.compiled_system = compiled
+    mover = Mover(moved, lambda _: None)  # type: ignore[arg-type]
     leg = mover.leg(Place(1.0, 5.0, (0.0, 10.0), (0.0, 0.0, 0.0), EnergyBalance()), 2.0, 6.0)
     assert leg.energy_residual == 3e-9
     assert (leg.place.time, leg.place.value, leg.speed, leg.amplitude) == (3.0, 6.0, pytest.approx(10.0), 0.25)

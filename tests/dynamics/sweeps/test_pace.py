@@ -119,14 +119,14 @@ def averaged(monkeypatch: pytest.MonkeyPatch, angle: Any, speed: Any) -> tuple[S
     coordinate = SimpleNamespace(position=SimpleNamespace(name="phi"), velocity=SimpleNamespace(name="omega"))
     given = list[dict[str, float]]()
     machine = SimpleNamespace(rotor=SimpleNamespace(coordinate=coordinate), with_unchecked_values=given.append)
-    moved: Any = SimpleNamespace(machine=machine, path="c")
+    moved: Any = SimpleNamespace(machine=machine, path="c", compiled_system=None)
     monkeypatch.setattr(moving, "axis_at_rest", lambda _: None)
     monkeypatch.setattr(moving.AxisMotion, "of", lambda *_: SimpleNamespace(peaks=np.array([0.1, 0.25, 0.2])))
     late = np.linspace(0.0, 12.3, 12 * 64 + 1)
     rows = {"phi": angle(late), "omega": speed(late)}
     place, end = (Place(t, v, (), (), EnergyBalance()) for t, v in ((5.0, 100.0), (17.3, 200.0)))
     trajectory: Any = SimpleNamespace(time=5.0 + late)
-    leg = Mover(moved, None, lambda _: None)._average_turns(trajectory, rows, place, end, 100 / 12.3, 1e-9)  # type: ignore[arg-type]
+    leg = Mover(moved, lambda _: None)._average_turns(trajectory, rows, place, end, 100 / 12.3, 1e-9)
     assert (leg.amplitude, leg.energy_residual, leg.place) == (0.25, 1e-9, end)
     return leg, given
 
@@ -257,4 +257,4 @@ def test_the_last_leg_at_which_it_stays_is_sought_twice_as_far_back_each_time() 
 def test_the_signal_is_the_speed_or_where_that_is_prescribed_the_amplitude(driven: bool, signal: float) -> None:
     moved: Any = Settling([], driven).moved_machine
     leg: Any = SimpleNamespace(speed=5.0, amplitude=0.25)
-    assert Mover(moved, None, lambda _: None).signal(leg) == signal  # type: ignore[arg-type]
+    assert Mover(moved, lambda _: None).signal(leg) == signal

@@ -15,7 +15,8 @@ from wucht import DriveFailure, Machine, RunUp, draw, load_machine, report, run,
 from wucht.analysis.configurations.configuration import RunningConfigurations
 from wucht.dynamics.run_ups.coasting import without_drives
 from wucht.dynamics.run_ups.drive_losses import machine_without_supply, mean_torques
-from wucht.dynamics.run_ups.operating_state import machine_in_operation, operating_states, transfer_state
+from wucht.dynamics.run_ups.horizon import RunSettings
+from wucht.dynamics.run_ups.operating_state import cases_in_operation, machine_in_operation, transfer_state
 from wucht.machines.parts import drives
 from wucht.machines.schedules import schedules_of
 from wucht.studies.registry import study_of
@@ -100,12 +101,13 @@ def test_times_run_through_the_failure_without_a_gap(failures: Any) -> None:
 
 def test_two_ways_to_lose_the_supply_are_one(screen: Machine) -> None:
     """Without voltage, or without the drive: the accelerations are the same."""
-    (state,) = operating_states(screen, {})
-    drive = state.machine.drives[1]
-    quiet, bare = machine_without_supply(state.machine, drive), without_drives(state.machine, [drive])
-    assert quiet.structure is state.machine.structure
+    (in_operation,) = cases_in_operation(screen, {}, RunSettings())
+    driven, initial = in_operation.case.machine, in_operation.case.models[0].initial
+    drive = driven.drives[1]
+    quiet, bare = machine_without_supply(driven, drive), without_drives(driven, [drive])
+    assert quiet.structure is driven.structure
     assert [d.on for d in bare.drives] == ["e1"]
-    assert np.array_equal(transfer_state(state.machine, state.state, bare), state.state)
+    assert np.array_equal(transfer_state(driven, initial, bare), initial)
     rates = [RunningConfigurations.of(m).stable[0].speed for m in (quiet, bare)]
     assert rates[0] == pytest.approx(rates[1], rel=1e-9)
 

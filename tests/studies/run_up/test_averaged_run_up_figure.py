@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from wucht.files.catalogue import load_machine
+from wucht.plots.run_panels import RunView
 from wucht.plots.style import SLOW
-from wucht.studies.run_up.figure import abscissa
 from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, run
 
@@ -45,9 +45,10 @@ def test_slow_lines_in_speed_amplitude_and_phase(modulated: xr.Dataset) -> None:
 
 def test_each_model_over_its_own_angle(modulated: xr.Dataset) -> None:
     """The slow rotor is elsewhere at the same time: its line must not be drawn over the angle of the full one."""
-    full, _ = abscissa(modulated)
-    slow, name = abscissa(modulated, "slow_")
-    assert name == "angle of the rotor $\\varphi$ (rad)"
+    view = RunView(modulated)
+    full, slow = view.x, view.slow_x
+    assert slow is not None
+    assert view.name == "angle of the rotor $\\varphi$ (rad)"
     assert full == pytest.approx(modulated.angle.values[0])
     assert slow == pytest.approx(modulated.slow_angle.values[0])
     assert np.abs(full - slow).max() > 1.0
@@ -64,7 +65,7 @@ def test_over_time_and_over_the_phase(modulated: xr.Dataset) -> None:
         asked = json.loads(modulated.attrs["input"])
         asked["study"]["over"] = over
         shown.attrs["input"] = json.dumps(asked)
-        at, _ = abscissa(shown, "slow_")
+        at = RunView(shown).slow_x
         angle = modulated.slow_angle.values
         expected = modulated.time.values if over == "time" else angle[1:].mean(axis=0) - angle[0]
         assert at == pytest.approx(expected)

@@ -15,11 +15,10 @@ from tests.refusals import Refusal, refused
 
 from interrupting import stop_at
 from wucht import Sweep
-from wucht.dynamics.sweeps.moving import IntegrationError, Mover, Place, SweepLeg, moving_system
+from wucht.dynamics.sweeps.moving import IntegrationError, Mover, Place, SweepLeg
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.numerics.flow.compiled_system import compile_system
 from wucht.studies.memory import UnitMemory
 from wucht.studies.runner import draw, report, run
 
@@ -344,12 +343,13 @@ def test_a_sweep_that_fails_has_what_was_found_before(machine: Machine, monkeypa
 
 
 def test_a_long_leg_asks_often_whether_to_stop(machine: Machine) -> None:
-    compiled, times = compile_system(moving_system(machine, OMEGA_1)), list[float]()
-    _, sweep, _ = Sweep(along=OMEGA_1, range=(5.0, 10.0)).prepare(machine)
-    mover = Mover(sweep.moved_machine, compiled, times.append)
+    times = list[float]()
+    _, courses, _ = Sweep(along=OMEGA_1, range=(5.0, 10.0)).prepare(machine)
+    (moved_machine,) = courses.args  # type: ignore[attr-defined]
+    mover = Mover(moved_machine, times.append)
     place = mover.leg(mover.begin(), 5000.0).place
     assert place.time == times[-1] == 5000.0
-    assert max(np.diff([0.0, *times])) * sweep.moved_machine.pace.fastest <= 201 * 2 * math.pi
+    assert max(np.diff([0.0, *times])) * moved_machine.pace.fastest <= 201 * 2 * math.pi
 
 
 def test_progress_grows(machine: Machine) -> None:

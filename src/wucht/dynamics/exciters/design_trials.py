@@ -9,7 +9,8 @@ import numpy as np
 
 from wucht.dynamics.exciters.slow_beats import MOTIONS, Beat, Rig
 from wucht.dynamics.run_ups.horizon import RunSettings
-from wucht.dynamics.run_ups.machine_signals import load_histories, machine_signal
+from wucht.dynamics.run_ups.machine_signals import machine_signal
+from wucht.dynamics.run_ups.observed_loads import load_histories
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.sampling.searches import Variable, values_at
 from wucht.dynamics.verdicts.outcomes import Outcome

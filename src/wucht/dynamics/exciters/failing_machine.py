@@ -12,8 +12,8 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from wucht.dynamics.run_ups.machine_signals import SignalObservation
 from wucht.dynamics.run_ups.observed_integration import Leg, ObservedIntegration
+from wucht.dynamics.run_ups.observed_loads import LoadObservation
 from wucht.dynamics.run_ups.run_up import verdict_at_end
 from wucht.dynamics.verdicts.observation import motion_of
 from wucht.dynamics.verdicts.verdict import Verdict
@@ -72,12 +72,12 @@ class RunState:
     stiffness at its jumps. broken: time of the check at which the damage had reached 1. onset: the motion when the stiffness
     began to fall."""
 
-    last: Leg[SignalObservation]
+    last: Leg[LoadObservation]
     balance: EnergyBalance
     damage: AccumulatedDamage | None = None
     jump_work: float = 0.0
     broken: float | None = None
-    onset: Leg[SignalObservation] | None = None
+    onset: Leg[LoadObservation] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +106,7 @@ class FailingMachine:
     """
 
     machine: Machine
-    integration: ObservedIntegration[SignalObservation]
+    integration: ObservedIntegration[LoadObservation]
     initial: np.ndarray
     step: float
     count: int
@@ -240,5 +240,5 @@ class FailingMachine:
             {self.falling.parameter: float(state.last.trajectory.final_parameter_values[self._row])}
         )
 
-    def _judge(self, leg: Leg[SignalObservation], machine: Machine) -> Verdict:
+    def _judge(self, leg: Leg[LoadObservation], machine: Machine) -> Verdict:
         return verdict_at_end(machine, self.integration.observation(leg).observation, leg.trajectory)

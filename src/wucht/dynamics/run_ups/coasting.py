@@ -207,9 +207,10 @@ def _driven_speed(machine: Machine, rotor: RotatingBody) -> float:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Descent:
-    """A leg of the run, reduced to its record: a unit of work.
+class Record:
+    """The record of the run so far, or of its next leg: a unit of work.
 
+    start_speed: of the main rotor, with which the run began. stride: the time between rows. legs: how many there are.
     rows: columns (N,) by the names of ``ROW``, and the angles of further rotors (``further_angle``); extremes are those since
     the row before. turns: the time in the middle of each turn up to the first reversal, and the mean speed over it (2, K).
     reversals: when the rotor turns back. observer: averages over turns; averages: how many there were. halving: time and speed
@@ -217,7 +218,10 @@ class Descent:
     around it before the first turn. end: the last sample, from which the run continues. observation: until there.
     """
 
+    start_speed: float
+    stride: float
     end: Trajectory
+    legs: int = 0
     rows: dict[str, np.ndarray] = field(default_factory=lambda: dict.fromkeys(ROW, np.empty(0)))
     turns: np.ndarray = field(default_factory=lambda: np.empty((2, 0)))
     reversals: tuple[float, ...] = ()
@@ -227,29 +231,19 @@ class Descent:
     balance: EnergyBalance = field(default_factory=EnergyBalance)
     observation: Observation | None = None
 
-
-@dataclass(frozen=True, kw_only=True)
-class Record(Descent):
-    """The run so far, as one leg. stride: the time between rows. legs: how many there are."""
-
-    start_speed: float
-    stride: float
-    legs: int = 0
-
     @property
     def half_time(self) -> float | None:
         """The time at which the speed averaged over a turn (without a turn, the speed itself) is half of that at the start."""
         return _halving_time(self.halving[0], self.halving[1], abs(self.start_speed) / 2)
 
-    def update(self, leg: Descent) -> Record:
+    def update(self, leg: Record) -> Record:
         """Return the record with the next leg; if there are too many rows, each two become one."""
         rows = {name: np.append(self.rows.get(name, ()), column) for name, column in leg.rows.items()}
         stride = self.stride
         if len(rows["time"]) > MOST_ROWS:
             rows, stride = {name: _thin_rows(name, column) for name, column in rows.items()}, 2 * stride
         turns, reversals = np.append(self.turns, leg.turns, axis=1), self.reversals + leg.reversals
-        changes = vars(leg) | {"rows": rows, "turns": turns, "reversals": reversals}
-        return replace(self, **changes, stride=stride, legs=self.legs + 1)
+        return replace(leg, rows=rows, turns=turns, reversals=reversals, stride=stride, legs=self.legs + 1)
 
 
 def further_angle(rotor: str) -> str:
@@ -266,7 +260,7 @@ def _thin_rows(name: str, column: np.ndarray) -> np.ndarray:
 
 def reduce_leg(
     machine: Machine, at_rest: Mapping[str, float], compiled_system: CompiledSystem, before: Record, t: Trajectory
-) -> Descent:
+) -> Record:
     """Reduce a leg that begins with the last sample of the record. at_rest: the rest position of the carrier's axis."""
     outputs, rotor = rows_of(compiled_system, t), machine.rotor.coordinate
     time, angle, speed = t.time, outputs[rotor.position.name], outputs[rotor.velocity.name]
@@ -288,7 +282,10 @@ def reduce_leg(
         "dissipated_work": t.quadratures[DISSIPATED_WORK][last],
     } | {further_angle(r.name): outputs[r.coordinate.position.name][last] for r in machine.rotors[1:]}
     reversals = tuple(h.time for h in t.hits if h.name == REVERSAL)
-    leg = Descent(end=replace(t.tail(1), hits=()), rows=rows, reversals=reversals, balance=balance)
+    at_end = replace(t.tail(1), hits=())
+    leg = Record(
+        start_speed=before.start_speed, stride=before.stride, end=at_end, rows=rows, reversals=reversals, balance=balance
+    )
     if before.reversals:
         return replace(leg, averages=before.averages, halving=before.halving)
     observer, turn_means = before.observer.update(Samples.of(time, (angle, speed)))

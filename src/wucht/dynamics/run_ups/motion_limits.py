@@ -3,36 +3,37 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from wucht.dynamics.run_ups.run_up import Motion
 from wucht.dynamics.verdicts.observation import motion_of
+from wucht.numerics.observers.records import Spans
 
 
-@dataclass(frozen=True)
-class MotionLimits:
-    """Limits of the integrated motion, in the window of the verdict: the least and the greatest speed of the main rotor, and
-    of the amplitude the mean, the least and the greatest."""
+def speed_limits(motion: Motion) -> tuple[float, float]:
+    """Return the least and the greatest speed of the main rotor in the window of the verdict, of the integrated motion."""
+    spans, inside = _last_spans(motion)
+    return float(spans.least_speed[inside].min()), float(spans.greatest_speed[inside].max())
 
-    speeds: tuple[float, float]
-    amplitudes: tuple[float, float, float]
 
-    @classmethod
-    def of(cls, motion: Motion) -> MotionLimits:
-        """Return those of a motion."""
-        machine, verdict, spans = motion.case.machine, motion.verdict, motion.observation.main.last(1.0)
-        turns = motion.observation.rotors[machine.rotor.name].whole
-        begin, end = verdict.window
-        inside, inside_turns = spans.time >= begin, (turns.time >= begin) & (turns.time <= end)
-        inside[-1:] = True
-        speeds = float(spans.least_speed[inside].min()), float(spans.greatest_speed[inside].max())
-        if inside_turns.any():
-            selection = slice(int(np.argmax(inside_turns)), None)
-            return cls(speeds, turns.part(selection).amplitudes)
-        distance = spans.greatest_distance[inside]
-        return cls(speeds, (float(distance.mean()), float(distance.min()), float(distance.max())))
+def amplitude_limits(motion: Motion) -> tuple[float, float, float]:
+    """Return the mean, the least and the greatest amplitude in the window of the verdict, of the integrated motion."""
+    turns, (begin, end) = motion.observation.rotors[motion.case.machine.rotor.name].whole, motion.verdict.window
+    inside_turns = (turns.time >= begin) & (turns.time <= end)
+    if inside_turns.any():
+        return turns.part(slice(int(np.argmax(inside_turns)), None)).amplitudes
+    spans, inside = _last_spans(motion)
+    distance = spans.greatest_distance[inside]
+    return float(distance.mean()), float(distance.min()), float(distance.max())
+
+
+def _last_spans(motion: Motion) -> tuple[Spans, np.ndarray]:
+    """Return the spans of a motion, and which of them (N,) are in the window of the verdict."""
+    spans = motion.observation.main.last(1.0)
+    inside = spans.time >= motion.verdict.window[0]
+    inside[-1:] = True
+    return spans, inside
 
 
 def stored_samples_per_turn(motion: Motion) -> float:

@@ -24,13 +24,6 @@ _ANGLES = (".angle", ".phase")
 
 
 @dataclass(frozen=True)
-class NeighbourGrowth:
-    """The largest distance of a neighbour from a run, in displacements of the start."""
-
-    factor: float
-
-
-@dataclass(frozen=True)
 class Neighbour:
     """A run from a neighbouring start. growth: of the difference between both, as a factor."""
 
@@ -49,7 +42,7 @@ def neighbour_of(motion: Motion, work: Work) -> Neighbour | None:
         return None
     start = motion.model.initial.copy()
     start[rows] += DISPLACEMENT / np.arange(1, len(rows) + 1)
-    growth = work.unit("growth", partial(_growth, motion, start)).factor
+    growth = work.unit("growth", partial(_growth, motion, start))
     if growth < _GROWS:
         return None
     case = replace(motion.case, models=(replace(motion.model, initial=start),))
@@ -64,8 +57,8 @@ def _displaced_rows(motion: Motion) -> list[int]:
     return [names.index(f"{b.name}{angle}") for b in bodies for angle in _ANGLES if f"{b.name}{angle}" in names]
 
 
-def _growth(motion: Motion, start: np.ndarray) -> NeighbourGrowth:
-    """Return how far a neighbour leaves a run, in angles of its bodies."""
+def _growth(motion: Motion, start: np.ndarray) -> float:
+    """Return how far a neighbour leaves a run at most, in angles of its bodies and in displacements of the start."""
     names, reference = motion.compiled_system.system.state_names, motion.trajectory
     places = np.unique(np.linspace(0, len(reference.time) - 1, _PLACES).round().astype(int))
     neighbour = integrate(
@@ -74,4 +67,4 @@ def _growth(motion: Motion, start: np.ndarray) -> NeighbourGrowth:
     angles = [i for i, name in enumerate(names) if name.endswith(_ANGLES)]
     count = len(neighbour.time)
     distances = np.abs(neighbour.states[angles] - reference.states[angles][:, places[:count]])
-    return NeighbourGrowth(float(distances.max()) / DISPLACEMENT)
+    return float(distances.max()) / DISPLACEMENT

@@ -1,16 +1,18 @@
-"""The loads on a machine while it runs: a signal's turning points, the largest bearing forces, the travel of its mounts."""
+"""The loads on a machine while it runs: a signal's turning points, duties of bearings, the largest forces and travels."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
+from wucht.dynamics.run_ups.bearing_loads import Duties, DutyObserver
 from wucht.dynamics.run_ups.machine_signals import MachineSignal
-from wucht.dynamics.run_ups.observed_integration import ObservedIntegration
+from wucht.dynamics.run_ups.observed_integration import Leg, ObservedIntegration
 from wucht.dynamics.run_ups.run_up import RunUpCase, verdict_at_end
 from wucht.dynamics.verdicts.observation import MotionObserver, Observation
 from wucht.dynamics.verdicts.verdict import Verdict
@@ -22,7 +24,9 @@ from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
 
-_PER_TURN = 48  # samples: see ``machine_signals``
+# The parabola through an extreme's neighbours is right to h^4/32 with the step h of a vibration's angle: 1e-5.
+_PER_TURN = 48
+_COURSE, _IN_A_PART = 200, 8  # intervals of time with their least and greatest value, and turning points in one
 _SAMPLES_A_LEG = 100  # samples of a leg, for the course alone
 
 
@@ -42,24 +46,32 @@ def mount_places(machine: Machine) -> dict[str, tuple[float, float]]:
 
 @dataclass(frozen=True)
 class LoadObservation:
-    """An observation of a motion, the turning points of its signal, and largest values so far.
+    """An observation of a motion, for the verdict, and of its loads so far.
 
-    bearing_forces: by rotor. travels: by mount, the largest distance from its position at rest.
+    points: turning points of the signal, since they were last taken. duties: of the machine's rated bearings. bearing_forces:
+    the largest, by rotor. travels: by mount, the largest distance from its position at rest.
     """
 
     observation: Observation
     points: TurningPoints = field(default_factory=TurningPoints)
+    duties: Duties = field(default_factory=dict)
     bearing_forces: Mapping[str, float] = field(default_factory=dict)
     travels: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class LoadObserver:
-    """Observer of a machine and of its loads. begin_time: of its motion, added to the time of the turning points."""
+    """Observer of a machine and of those of its loads that are asked for.
+
+    signal: whose turning points are kept. begin_time: of the motion, added to their time. duty_observer: of its bearings.
+    with_largest: its largest bearing forces and travels are kept, too.
+    """
 
     motion_observer: MotionObserver
     signal: MachineSignal | None
     begin_time: float = 0.0
+    duty_observer: DutyObserver | None = None
+    with_largest: bool = False
 
     @property
     def machine(self) -> Machine:
@@ -89,19 +101,19 @@ class LoadObserver:
 
     def begin(self) -> LoadObservation:
         """Return the empty observation."""
-        return LoadObservation(self.motion_observer.begin())
+        duties = {} if self.duty_observer is None else self.duty_observer.begin()
+        return LoadObservation(self.motion_observer.begin(), duties=duties)
 
     def update(self, previous: LoadObservation, motion: Trajectory) -> LoadObservation:
         """Return the observation after a further part of the machine's motion."""
-        return LoadObservation(
-            self.motion_observer.update(previous.observation, motion),
-            previous.points if self.signal is None else self._points(previous.points, self.signal, motion),
-            _larger(previous.bearing_forces, self._largest_forces(motion)),
-            _larger(previous.travels, self._largest_travels(motion)),
-        )
-
-    def _points(self, previous: TurningPoints, signal: MachineSignal, motion: Trajectory) -> TurningPoints:
-        return previous.update(self.begin_time + motion.time, signal(motion), interpolate=True)
+        points, duties, forces, travels = previous.points, previous.duties, previous.bearing_forces, previous.travels
+        if self.signal is not None:
+            points = points.update(self.begin_time + motion.time, self.signal(motion), interpolate=True)
+        if self.duty_observer is not None:
+            duties = self.duty_observer.update(duties, motion)
+        if self.with_largest:
+            forces, travels = _larger(forces, self._largest_forces(motion)), _larger(travels, self._largest_travels(motion))
+        return LoadObservation(self.motion_observer.update(previous.observation, motion), points, duties, forces, travels)
 
     def _largest_forces(self, motion: Trajectory) -> dict[str, float]:
         ways = [d for d in "xy" if d in self.machine.labels]
@@ -140,6 +152,17 @@ def largest_magnitude(time: np.ndarray, components: list[np.ndarray]) -> float:
     return float(np.sqrt(square[i] - (slope**2 / (4 * curvature) if curvature < 0 else 0.0)))
 
 
+def load_integration(case: RunUpCase, signal: MachineSignal | None, **loads: Any) -> ObservedIntegration[LoadObservation]:
+    """Return the integration of a run-up in which a signal is sampled as densely as its turning points need.
+
+    loads: further ones that are observed, as of ``LoadObserver``.
+    """
+    [model], horizon, settings = case.models, case.horizon, case.settings
+    flow = compile_system(model.system, settings.tolerance, model.events(horizon.events), settings.engine)
+    observer = LoadObserver(case.observer, signal, **loads)
+    return ObservedIntegration(observer, flow, model.machine_motion, horizon.vibration, horizon.energy, _PER_TURN)
+
+
 @dataclass(frozen=True, eq=False)
 class LoadedRun:
     """A run with its loads. trajectory: a few stored samples, for its course and its works. compiled_system: its equations."""
@@ -157,10 +180,9 @@ class LoadedRun:
 
 def loaded_runs(case: RunUpCase, signal: MachineSignal | None, begin_time: float, work: Work) -> Iterator[LoadedRun]:
     """Yield a run with its loads after each leg, of whose motion little is stored."""
-    [model], horizon, settings = case.models, case.horizon, case.settings
-    flow = compile_system(model.system, settings.tolerance, model.events(horizon.events), settings.engine)
-    observer = LoadObserver(case.observer, signal, begin_time)
-    integration = ObservedIntegration(observer, flow, model.machine_motion, horizon.vibration, horizon.energy, _PER_TURN)
+    [model], horizon = case.models, case.horizon
+    integration = load_integration(case, signal, begin_time=begin_time, with_largest=True)
+    flow = integration.compiled_system
     last = integration.begin(model.initial, model.parameter_values)
     latest = LoadedRun(case, last.trajectory, integration.observation(last), flow)
     yield latest
@@ -184,3 +206,79 @@ def _few(samples: np.ndarray) -> np.ndarray:
 
 def _report(work: Work, end: float, time: float) -> None:
     work.report(time / end)
+
+
+@dataclass(frozen=True, eq=False)
+class LoadHistory:
+    """The turning points of a load from the start on: time, values (m,). end_time: of the motion so far. verdict: on the
+    run-up, None of a record. failure: the reason of an early end. duties: of the machine's rated bearings."""
+
+    time: np.ndarray
+    values: np.ndarray
+    end_time: float
+    verdict: Verdict | None = None
+    failure: str | None = None
+    duties: Duties = field(default_factory=dict)
+
+    def course(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return times, and mean, least and greatest value there (k,): in 200 intervals, or of all turning points if few.
+
+        The mean is that of straight lines through the turning points, as only these are kept.
+        """
+        time, values = self.time, self.values
+        if len(values) <= _COURSE * _IN_A_PART:
+            return time, values, values, values
+        edges = np.linspace(time[0], self.end_time, _COURSE + 1)
+        part = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, _COURSE - 1)
+        low, high = np.full(_COURSE, np.inf), np.full(_COURSE, -np.inf)
+        np.minimum.at(low, part, values)
+        np.maximum.at(high, part, values)
+        nonempty = np.isfinite(low)
+        knots = np.union1d(time, edges)
+        heights = np.interp(knots, time, values)
+        integral = np.append(0.0, np.cumsum((heights[1:] + heights[:-1]) / 2 * np.diff(knots)))
+        mean = np.diff(integral[np.searchsorted(knots, edges)]) / np.diff(edges)
+        middles, mean, low, high = (x[nonempty] for x in ((edges[1:] + edges[:-1]) / 2, mean, low, high))
+        return middles, mean, low, high
+
+
+def load_histories(
+    case: RunUpCase, signal: MachineSignal, work: Work, bearings_from: float | None = None
+) -> Iterator[LoadHistory]:
+    """Yield the turning points of a signal after each leg of a run-up, of whose motion nothing else is stored.
+
+    bearings_from: time from which on the duties of the machine's bearings count.
+    """
+    duty_observer = None if bearings_from is None else DutyObserver.of(case.machine, bearings_from)
+    [model], integration = case.models, load_integration(case, signal, duty_observer=duty_observer)
+    last = integration.begin(model.initial, model.parameter_values)
+    parts: list[tuple[np.ndarray, np.ndarray]] = []
+    yield _history(case, integration, parts, last)
+    work = work.open_ended if case.horizon.until_settled else work
+    for number, grid in enumerate(case.horizon.legs(), 1):
+        if last.trajectory.has_ended:
+            break
+        # Its ends alone are stored; in between it is observed as densely as its motion needs.
+        ends, resumed_leg = (
+            grid.samples[[0, -1]],
+            replace(last, observation=replace(last.observation, points=last.observation.points.without_points())),
+        )
+        last = work.unit(f"leg {number}", partial(integration.leg, resumed_leg, ends, partial(_report, work, grid.end)))
+        parts.append((last.observation.points.time, last.observation.points.values))
+        history = _history(case, integration, parts, last)
+        yield history
+        if grid.is_judged and history.verdict is not None and case.horizon.is_decided(history.verdict):
+            break
+
+
+def _history(
+    case: RunUpCase,
+    integration: ObservedIntegration[LoadObservation],
+    parts: list[tuple[np.ndarray, np.ndarray]],
+    last: Leg[LoadObservation],
+) -> LoadHistory:
+    """Join the parts before the last leg, and that leg with the motion still to be observed."""
+    latest, trajectory = integration.observation(last), last.trajectory
+    time, values = (np.concatenate([part[k] for part in (*parts[:-1], latest.points.points_to_end())]) for k in (0, 1))
+    verdict = verdict_at_end(case.machine, latest.observation, trajectory, integration.compiled_system)
+    return LoadHistory(time, values, trajectory.end_time, verdict, trajectory.failure, latest.duties)

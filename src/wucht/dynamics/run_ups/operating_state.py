@@ -20,8 +20,10 @@ from wucht.dynamics.run_ups.coasting import (
     with_steady_vibration,
     without_drives,
 )
+from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
 from wucht.dynamics.run_ups.operating_points import OperatingPoints
+from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.run_ups.steady_phases import SteadyPhases, configuration_labels, stable_configurations
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
@@ -34,15 +36,12 @@ _SHAKEN = "not allowed: the drives are switched while the machine runs, and a pr
 
 
 @dataclass(frozen=True)
-class OperatingState:
-    """A state (n,) of a machine in operation, whose bodies turn in a synchronous configuration.
+class OperationCase:
+    """A run of a machine in operation. label: of the configuration in which it begins, empty at rest. rest_reason: why the
+    carrier begins at rest."""
 
-    label: of the configuration. rest_reason: why the carrier rests in it, empty where it vibrates steadily.
-    """
-
-    machine: Machine
-    state: np.ndarray
-    label: str
+    case: RunUpCase
+    label: str = ""
     rest_reason: str = ""
 
 
@@ -104,23 +103,24 @@ def states_in_configurations(
     return list(zip(configurations, configuration_labels(configurations), states, strict=True))
 
 
-def operating_states(
-    machine: Machine, start: Mapping[str, Any], watch: Callable[[], None] | None = None
-) -> tuple[OperatingState, ...]:
-    """Return the states in which several rotors run: one for each stable synchronous configuration.
+def cases_in_operation(
+    machine: Machine, start: Mapping[str, Any], settings: RunSettings, watch: Callable[[], None] | None = None
+) -> tuple[OperationCase, ...]:
+    """Return runs from the states in which several rotors run: one for each stable synchronous configuration.
 
     start: selects one where it gives phases. watch: called often. None where no configuration is stable. Raises
     ``InputError`` where configurations are not known, or the start does not fit the machine.
     """
     driven = machine_in_operation(machine)
     coasting = without_drives(driven)
-    states = list[OperatingState]()
+    cases = list[OperationCase]()
     initial = state_at_start(driven, coasting, start)
     for _, label, resting in states_in_configurations(driven, coasting, initial, start, watch=watch):
         vibrating, _, reason = vibrating_state(machine_in_state(coasting, resting), resting, start, None)
         state = transfer_state(coasting, vibrating, driven)
-        states.append(OperatingState(machine_in_state(driven, state), state, label, reason))
-    return tuple(states)
+        case = RunUpCase.from_state(machine_in_state(driven, state), state, settings)
+        cases.append(OperationCase(case, label, reason))
+    return tuple(cases)
 
 
 def state_at_working_point(

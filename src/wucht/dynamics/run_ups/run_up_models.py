@@ -29,32 +29,38 @@ class FullModel:
     """The full equations, and the map from their trajectory to the machine's motion.
 
     initial: the state (k,) of their System to start from. warnings: what of the start they omit. remedies: what to try
-    if the run fails.
+    if the run fails. extension: their System where it has further works or, as its last ones, further parameters, with the
+    further_values of these.
     """
 
     machine: Machine
     initial: np.ndarray
     warnings: tuple[str, ...] = ()
     remedies: tuple[str, ...] = ()
+    extension: System | None = None
+    further_values: tuple[float, ...] = ()
     name: ClassVar[str] = "full"
 
     @property
     def system(self) -> System:
         """The integrated System."""
-        return self.machine.system
+        return self.extension or self.machine.system
 
     @property
     def parameter_values(self) -> tuple[float, ...]:
         """Parameter values in order."""
-        return self.system.values(self.machine.values)
+        return (*self.machine.system.values(self.machine.values), *self.further_values)
 
     def events(self, events: tuple[Event, ...]) -> tuple[Event, ...]:
         """Express events of the machine in these equations."""
         return events
 
     def machine_motion(self, trajectory: Trajectory) -> Trajectory:
-        """Return the motion of the machine."""
-        return trajectory
+        """Return the motion of the machine, without the further parameters."""
+        if not self.further_values:
+            return trajectory
+        values = trajectory.final_parameter_values[: -len(self.further_values)]
+        return replace(trajectory, final_parameter_values=values)
 
     def rows(self, trajectory: Trajectory, machine_motion: Trajectory) -> dict[str, np.ndarray]:
         """Return the states and outputs (N,) of the machine's System, by name."""
@@ -80,6 +86,11 @@ class SlowModel(FullModel):
         return replace(
             s, states=(*s.states, _ANGLE), derivatives=(*s.derivatives, turning), quadratures=works, angles=s.angles | {_ANGLE}
         )
+
+    @property
+    def parameter_values(self) -> tuple[float, ...]:
+        """Parameter values in order."""
+        return self.system.values(self.machine.values)
 
     def events(self, events: tuple[Event, ...]) -> tuple[Event, ...]:
         """Express events of the main rotor's angle and speed in its sense of rotation."""

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,6 @@ from wucht.dynamics.run_ups.coasting import without_drives
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.operating_state import machine_after_schedules, refuse_shaken, transfer_state
 from wucht.dynamics.run_ups.run_up import RunUpCase
-from wucht.dynamics.run_ups.run_up_models import FullModel
 from wucht.machines.machine import SUPPLIED_WORK, Machine
 from wucht.machines.parts.base import Drive
 from wucht.numerics.flow.events import Event
@@ -27,46 +25,11 @@ _CIRCUIT_HEAT = "circuit_heat"
 _STILL = 1e-9  # of the largest natural frequency
 
 
-@dataclass(frozen=True)
-class SuppliedModel(FullModel):
-    """The full equations, with the heat in the circuits of the motors as a further work."""
-
-    @cached_property
-    def system(self) -> System:
-        """The integrated System."""
-        machine, system = self.machine, self.machine.system
-        heat = Output(_CIRCUIT_HEAT, sp.Add(*(_circuit_heat(machine, d) for d in machine.drives)), machine.units.energy, "heat")
-        return replace(system, quadratures=(*system.quadratures, heat))
-
-
-@dataclass(frozen=True)
-class StoppingModel(FullModel):
-    """The full equations, with the speeds at the switch-off as further parameters, for the event that ends the run.
-
-    speeds: by the name of the parameter. As parameters they do not make other equations.
-    """
-
-    speeds: Mapping[str, float] = field(kw_only=True)
-
-    @property
-    def speed_symbols(self) -> tuple[sp.Symbol, ...]:
-        """The symbols of these parameters."""
-        return tuple(sp.Symbol(name, real=True) for name in self.speeds)
-
-    @cached_property
-    def system(self) -> System:
-        """The integrated System."""
-        return replace(self.machine.system, parameters=(*self.machine.system.parameters, *self.speed_symbols))
-
-    @property
-    def parameter_values(self) -> tuple[float, ...]:
-        """Parameter values in order."""
-        return (*self.machine.system.values(self.machine.values), *self.speeds.values())
-
-    def machine_motion(self, trajectory: Trajectory) -> Trajectory:
-        """Return the motion of the machine, without these parameters."""
-        count = len(self.machine.system.parameters)
-        return replace(trajectory, final_parameter_values=trajectory.final_parameter_values[:count])
+def with_circuit_heat(machine: Machine) -> System:
+    """Return the full equations with the heat in the circuits of the motors as a further work."""
+    heat = sp.Add(*(_circuit_heat(machine, d) for d in machine.drives))
+    works = (*machine.system.quadratures, Output(_CIRCUIT_HEAT, heat, machine.units.energy, "heat"))
+    return replace(machine.system, quadratures=works)
 
 
 def _circuit_heat(machine: Machine, drive: Drive) -> sp.Expr:
@@ -89,7 +52,7 @@ def start_case(machine: Machine, start: Mapping[str, Any], settings: RunSettings
     """Return the run-up of a cycle. Raises ``InputError`` where the start does not fit, or nothing would turn."""
     refuse_shaken(machine)
     case = RunUpCase.of(machine, start, settings)
-    return replace(case, models=(SuppliedModel(case.machine, case.models[0].initial),))
+    return replace(case, models=(replace(case.models[0], extension=with_circuit_heat(case.machine)),))
 
 
 def stop_case(machine: Machine, end: Trajectory, settings: RunSettings) -> RunUpCase | None:
@@ -104,9 +67,10 @@ def stop_case(machine: Machine, end: Trajectory, settings: RunSettings) -> RunUp
     if not turning:
         return None
     case = RunUpCase.from_state(coasting, state, settings)
-    model = StoppingModel(
-        coasting, case.models[0].initial, speeds={f"{r.name}.switch_off_speed": w for r, w in turning.items()}
-    )
-    squares = ((r.coordinate.velocity / symbol) ** 2 for r, symbol in zip(turning, model.speed_symbols, strict=True))
+    # The event needs the speeds at the switch-off: as parameters they do not make other equations.
+    symbols = tuple(sp.Symbol(f"{r.name}.switch_off_speed", real=True) for r in turning)
+    system = replace(coasting.system, parameters=(*coasting.system.parameters, *symbols))
+    model = replace(case.models[0], extension=system, further_values=tuple(turning.values()))
+    squares = ((r.coordinate.velocity / symbol) ** 2 for r, symbol in zip(turning, symbols, strict=True))
     slow = Event(SLOW_EVENT, sp.Add(*squares) / len(turning) - SLOW**2, -1, terminal=True)
     return replace(case, models=(model,), horizon=replace(case.horizon, events=(*case.horizon.events, slow)))

@@ -15,7 +15,6 @@ from wucht.analysis.working_points import energy_scale
 from wucht.dynamics.run_ups.coasting import (
     REVERSAL,
     CarrierStart,
-    Descent,
     Record,
     driving_machine,
     phases_of_bodies,
@@ -232,7 +231,7 @@ def coast_down(case: CoastDownCase, work: Work) -> Iterator[CoastDownRun]:
         yield run
 
 
-def _leg(run: CoastDownRun, work: Work) -> Descent:
+def _leg(run: CoastDownRun, work: Work) -> Record:
     """Integrate the leg that begins at the end of the preceding one."""
     case, last = run.case, run.record.end
     count = max(1, min(_SAMPLES_A_LEG, round((case.limit - last.end_time) / case.step)))
@@ -246,7 +245,7 @@ def _leg(run: CoastDownRun, work: Work) -> Descent:
     return _reduce_and_observe(case, run.flow, run.record, t.reraise_interrupt())
 
 
-def _reduce_and_observe(case: CoastDownCase, flow: CompiledSystem, before: Record, t: Trajectory) -> Descent:
+def _reduce_and_observe(case: CoastDownCase, flow: CompiledSystem, before: Record, t: Trajectory) -> Record:
     """Reduce a leg to its record, and observe it."""
     assert before.observation is not None
     leg = reduce_leg(case.machine, axis_at_rest(case.machine), flow, before, t)

@@ -9,7 +9,8 @@ from functools import cached_property, partial
 from wucht.dynamics.run_ups.drive_losses import RunningState, case_without_drive
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.motion_courses import MotionCourse
-from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
+from wucht.dynamics.run_ups.operating_state import OperationCase
+from wucht.dynamics.run_ups.run_up import Motion, run_up
 from wucht.dynamics.scenarios.runs_in_turn import runs_in_turn
 from wucht.dynamics.work import Work
 from wucht.machines.parts.base import Drive
@@ -33,16 +34,6 @@ class DrivenRun:
     def course(self) -> MotionCourse:
         """Its course."""
         return MotionCourse.from_turns(self.motion.case.machine, self.motion.trajectory, self.motion.observation)
-
-
-@dataclass(frozen=True)
-class OperationCase:
-    """A run until a drive fails. label: of the configuration in which it begins, empty at rest. rest_reason: why the carrier
-    begins at rest."""
-
-    case: RunUpCase
-    label: str = ""
-    rest_reason: str = ""
 
 
 @dataclass(frozen=True)

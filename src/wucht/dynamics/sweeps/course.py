@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol, Self
-
-from wucht.dynamics.work import Work
+from typing import Any, Self
 
 Ends = tuple[float, float]  # first and last value of the parameter on a way
 
@@ -32,11 +30,3 @@ class SweepCourse:
     def with_doubts(self, *doubts: str) -> Self:
         """Return the course with more doubts."""
         return replace(self, doubts=(*self.doubts, *doubts))
-
-
-class SweptSubject(Protocol):
-    """A subject that is swept: a machine by ramps, equations by steps."""
-
-    def courses(self, ways: Mapping[str, Ends], work: Work) -> Iterator[SweepCourse]:
-        """Yield the course whenever more is known. ways: the ends of each, in their order."""
-        ...

@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 import sympy as sp
@@ -19,13 +20,14 @@ from wucht.analysis.vibration import Vibration
 from wucht.dynamics.verdicts.observation import AxisMotion, advance_balance, rows_of
 from wucht.dynamics.verdicts.outcomes import MODULATION_THRESHOLD
 from wucht.errors import InputError, WuchtError
+from wucht.machines.changes import release_events
 from wucht.machines.machine import Machine
 from wucht.machines.operation import axis_at_rest, free_speed, natural_frequencies, net_torque
 from wucht.machines.schedules import SCHEDULE_WORK
 from wucht.machines.subject import Subject
 from wucht.machines.tree import RotatingBody
 from wucht.mechanics.lagrange import Coordinate
-from wucht.numerics.flow.compiled_system import CompiledSystem
+from wucht.numerics.flow.compiled_system import CompiledSystem, compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
@@ -139,13 +141,23 @@ class IntegrationError(WuchtError):
 @dataclass(frozen=True)
 class MovedMachine:
     """Machine of a sweep. machine: with the swept parameter at its first value. initial: the state (n,) to start from. path: of
-    the parameter. energy: scale of the works."""
+    the parameter. energy: scale of the works. jump_tolerance: of the values of jumps, relative. tolerance, engine: of the
+    integration."""
 
     machine: Machine
     initial: np.ndarray
     path: str
     pace: SweepPace
     energy: float
+    jump_tolerance: float
+    tolerance: float
+    engine: Literal["compiled", "radau"] | None = None
+
+    @cached_property
+    def compiled_system(self) -> CompiledSystem:
+        """Its equations with the moving parameter."""
+        system = moving_system(self.machine, self.path)
+        return compile_system(system, self.tolerance, release_events(self.machine), self.engine)
 
 
 @dataclass(frozen=True)
@@ -225,18 +237,17 @@ def _with_ramp(system: System, symbol: sp.Symbol, energy_unit: str) -> System:
 
 @dataclass(frozen=True)
 class Mover:
-    """Integration of a machine leg by leg. compiled_system: of its ``moving_system``.
+    """Integration of a machine leg by leg.
 
     report: called often, with the time reached; it may raise ``KeyboardInterrupt``.
     """
 
     moved_machine: MovedMachine
-    compiled_system: CompiledSystem
     report: Callable[[float], None]
 
     def begin(self) -> Place:
         """Return the place at time 0."""
-        system, values = self.compiled_system.system, self.moved_machine.machine.values
+        system, values = self.moved_machine.compiled_system.system, self.moved_machine.machine.values
         state = (*self.moved_machine.initial.tolist(), *(0.0 for _ in system.quadratures))
         parameters = tuple(values[name] for name in system.parameter_names[: -len(_LINE)])
         return Place(0.0, values[self.moved_machine.path], state, parameters, EnergyBalance())
@@ -293,7 +304,7 @@ class Mover:
         for grid in grids:
             t = self._run(grid, state, parameters)
             state, parameters = t.end_state, t.final_parameter_values
-        rows, system = rows_of(self.compiled_system, t), self.compiled_system.system
+        rows, system = rows_of(self.moved_machine.compiled_system, t), self.moved_machine.compiled_system.system
         n, done = len(system.states), np.array(place.state)
         done[:n] = 0.0
         works = {q.name: w + t.quadratures[q.name] for q, w in zip(system.quadratures, done[n:], strict=True)}
@@ -318,7 +329,7 @@ class Mover:
 
         Rounding of an angle grows with its size, and would show in the averages after many turns.
         """
-        names, state = self.compiled_system.system.state_names, np.array(place.state)
+        names, state = self.moved_machine.compiled_system.system.state_names, np.array(place.state)
         for rotor in self.moved_machine.machine.rotors:
             whole_turns = 2 * math.pi * np.round(state[names.index(rotor.coordinate.position.name)] / (2 * math.pi))
             for body in self.moved_machine.machine.group(rotor):
@@ -328,7 +339,7 @@ class Mover:
 
     def _run(self, grid: np.ndarray, state: np.ndarray, parameter_values: np.ndarray) -> Trajectory:
         t = integrate(
-            self.compiled_system, state, parameter_values, grid, self.report, self.moved_machine.energy
+            self.moved_machine.compiled_system, state, parameter_values, grid, self.report, self.moved_machine.energy
         ).reraise_interrupt()
         if t.failure:
             raise IntegrationError(t.failure)

@@ -85,7 +85,7 @@ class SteppedEquations:
     settings: LongRunSettings
 
     def courses(self, ways: Mapping[str, Ends], work: Work) -> Iterator[SweepCourse]:
-        """See ``SweptSubject``: after each way. Raises ``RunError`` where the motion at the first value fails."""
+        """Yield the course after each way. ways: the ends of each. Raises ``RunError`` where the first motion fails."""
         course, (first, last) = SweepCourse(), next(iter(ways.values()))
         yield course
         work.report(0.0, "settling")

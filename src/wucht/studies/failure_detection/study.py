@@ -22,7 +22,8 @@ from wucht.dynamics.exciters.signal_points import SignalPoint, values_beside_bes
 from wucht.dynamics.exciters.speed_readings import FEWEST, detection_of, readings_of
 from wucht.dynamics.parameters import checked_range, parameter_of, values_of
 from wucht.dynamics.run_ups.horizon import RunSettings
-from wucht.dynamics.run_ups.machine_signals import MachineSignal, machine_signal, signal_integration
+from wucht.dynamics.run_ups.machine_signals import MachineSignal, machine_signal
+from wucht.dynamics.run_ups.observed_loads import load_integration
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.work import Work, result_or_reason
 from wucht.errors import InputError
@@ -218,7 +219,7 @@ class FailureDetection(Study):
             falling = FallingStiffness(failure.parameter, whole, failure.remaining, not self._is_gradual)
             begin = (self.after or 0.0) + (self.learning or 0.0) if self._is_gradual else None
         return FailingMachine(
-            case.machine, signal_integration(case, signal), model.initial, step, count, round(update_interval / step),
+            case.machine, load_integration(case, signal), model.initial, step, count, round(update_interval / step),
             None if line is None else AccumulatedDamage(line), falling, None if fall is None else fall.share, begin,
         )  # fmt: skip
 

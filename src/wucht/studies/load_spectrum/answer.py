@@ -8,7 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from wucht.dynamics.run_ups.bearing_loads import bearing_warnings, lives_of
-from wucht.dynamics.run_ups.machine_signals import LoadHistory, MachineSignal
+from wucht.dynamics.run_ups.machine_signals import MachineSignal
+from wucht.dynamics.run_ups.observed_loads import LoadHistory
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.errors import InputError
 from wucht.fatigue.counted_cycles import RangeMeanMatrix, frequency_distance

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 from pydantic import BeforeValidator, Field
 
-from wucht.dynamics.run_ups.machine_signals import LoadHistory, MachineSignal, load_histories, machine_signal, rotor_signal
+from wucht.dynamics.run_ups.machine_signals import MachineSignal, machine_signal, rotor_signal
+from wucht.dynamics.run_ups.observed_loads import LoadHistory, load_histories
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.work import Work
 from wucht.errors import InputError

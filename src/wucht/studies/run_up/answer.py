@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
-from functools import partial
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -15,8 +14,7 @@ from wucht.analysis.throw import NUMBERS, Throw, largest_of
 from wucht.dynamics.run_ups.bearing_loads import BearingLife, bearing_warnings, lives_at_end, loads_at_end
 from wucht.dynamics.run_ups.contacts import ContactCheck, track_contacts
 from wucht.dynamics.run_ups.hanging_start import hanging_words
-from wucht.dynamics.run_ups.motion_limits import MotionLimits, stored_samples_per_turn
-from wucht.dynamics.run_ups.neighbours import Neighbour
+from wucht.dynamics.run_ups.motion_limits import amplitude_limits, speed_limits, stored_samples_per_turn
 from wucht.dynamics.run_ups.run_up import Motion
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import Outcome
@@ -26,16 +24,11 @@ from wucht.machines.operation import natural_frequencies
 from wucht.numerics.observers.records import smooth_weights
 from wucht.numerics.zeros_and_peaks import extremes
 from wucht.results.formatting import number_text
-from wucht.results.quantities import dataset_from_quantities
 from wucht.studies.answer import Answer
 from wucht.studies.bearing_variables import force_text, state_lives, state_loads
 from wucht.studies.motion_variables import envelopes, motion_quantities
-from wucht.studies.run_up.chance import differing_numbers, state_chance
-from wucht.studies.run_up.combined_runs import printed_number, state_averaged
+from wucht.studies.run_up.combined_runs import printed_number
 from wucht.studies.starting_variables import start_warnings, state_starting_torques
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _FEWEST = 8  # samples
 _KEYS = ("free_speed", "peak_amplitude")  # variables that are keys of the summary
@@ -47,49 +40,14 @@ _GENTLE = 0.05  # machine number below which the vibration is negligible
 Mark = Callable[..., str]  # of numbers by their keys: in a line, after them
 
 
-def fill_run(
-    motions: Sequence[Motion],
-    neighbour: Neighbour | None,
-    check: ContactCheck | None,
-    deck: float | None,
-    hangs: bool,
-    a: Answer,
+def fill_motion(
+    motion: Motion, deck: float | None, hangs: bool, a: Answer, check: ContactCheck | None = None, chance: Collection[str] = ()
 ) -> None:
-    """State one run, of all its models. neighbour, check: of the first. hangs: it starts at rest, hanging."""
-    fill = partial(_fill_models, motions, check, deck, hangs)
-    if neighbour is None:
-        fill((), a)
-        return
-    units = motions[0].case.machine.units
-    run, beside = (
-        Answer(units, fill_one).fill()
-        for fill_one in (partial(fill, ()), partial(_fill_motion, neighbour.motion, None, deck, hangs, ()))
-    )
-    differing = differing_numbers(run, beside)
-    fill([q.name for q in differing], a)
-    state_chance(a, differing, run.summary["outcome"], beside.summary["outcome"], neighbour.growth)
+    """State the motion of one model of a run.
 
-
-def _fill_models(
-    motions: Sequence[Motion],
-    check: ContactCheck | None,
-    deck: float | None,
-    hangs: bool,
-    chance: Collection[str],
-    a: Answer,
-) -> None:
-    """State the motions of the full equations and of the averaged ones. chance: numbers that a neighbour does not confirm."""
-    first, *averaged = motions
-    _fill_motion(first, check, deck, hangs, chance, a)
-    for motion in averaged:
-        slow = Answer(first.case.machine.units, partial(_fill_motion, motion, None, deck, hangs, ()))
-        state_averaged(a, motions, slow.fill())
-
-
-def _fill_motion(
-    motion: Motion, check: ContactCheck | None, deck: float | None, hangs: bool, chance: Collection[str], a: Answer
-) -> None:
-    """State the motion of one model."""
+    deck: as the key of the study. hangs: it starts at rest, hanging. check: of its contacts. chance: numbers that a neighbour
+    does not confirm.
+    """
     machine, trajectory, verdict = motion.case.machine, motion.trajectory, motion.verdict
 
     def mark(*keys: str) -> str:
@@ -97,10 +55,10 @@ def _fill_motion(
 
     variables = motion_quantities(machine, motion.rows, motion.machine_motion, motion.observation.largest)
     samples = stored_samples_per_turn(motion)
-    limits = MotionLimits.of(motion) if samples < _FEWEST_A_TURN else None
-    variables += [] if limits is None else envelopes(machine, motion.observation.main.last(1.0))
-    result = dataset_from_quantities(variables)
-    residual, noise = float(result.energy_residual.max()), Noise.of(motion.compiled_system.tolerance)
+    is_sparse = samples < _FEWEST_A_TURN  # then the variables are too few samples of the motion
+    variables += envelopes(machine, motion.observation.main.last(1.0)) if is_sparse else []
+    row, noise = {q.name: q.value for q in variables}, Noise.of(motion.compiled_system.tolerance)
+    residual, at_end = float(np.fmax.reduce(row["energy_residual"])), machine.at(float(row["time"][-1]))
     a.sentence, a.failure = verdict.sentence, trajectory.failure
     a.verdict = f"{str(verdict.outcome).upper()}: {verdict.sentence}"
     a.attribute(
@@ -112,28 +70,26 @@ def _fill_motion(
         end_state=trajectory.end_state,
     )
     _warn(a, motion, samples, residual)
-    depth = _state_end(a, motion, result, limits, noise, mark)
+    depth = _state_end(a, motion, row, is_sparse, noise, residual, mark)
     if hangs:
         a.number("start_state", hanging_words(machine), "start of the machine")
     state_starting_torques(a, machine.at(trajectory.end_time))
-    if natural_frequencies(machine.at(float(result.time.values[-1]))):
+    if natural_frequencies(at_end):
         a.line("resonance", "{natural_frequencies}")
-    amplitudes = (
-        "{final_amplitude} at the end" + mark("final_amplitude") + ", {peak_amplitude} at most" + mark("peak_amplitude")
-    )
-    a.line("amplitude", amplitudes)
+    peak = f", {{peak_amplitude}} at most{mark('peak_amplitude')}"
+    a.line("amplitude", f"{{final_amplitude}} at the end{mark('final_amplitude')}{peak}")
     lives = dict[str, BearingLife]()
     if motion.model.name == "full":
         lives = lives_at_end(machine, motion.machine_motion, verdict.window)
         loads = loads_at_end(machine, motion.machine_motion, verdict.window)
-        throw = _state_vibration(a, motion, result, noise, deck, mark)
+        throw = _state_vibration(a, motion, row, noise, deck, mark)
         is_shaken = throw is not None and throw.machine_number >= _GENTLE
         is_shown = bool(lives) or (len(loads) > 1 and is_shaken)
         of_loads = mark("steady_bearing_forces", "bearing_forces", "peak_bearing_forces")
         state_loads(a, {name: load.beyond(noise) for name, load in loads.items()}, is_shown, of_loads)
         state_lives(a, lives, mark("bearing_life", "equivalent_bearing_loads"))
     _tell_end(a, verdict, depth, mark)
-    numbers = dimensionless_numbers(machine.at(float(result.time.values[-1])))
+    numbers = dimensionless_numbers(at_end)
     if numbers and not machine.dimensionless:
         a.line("in numbers", ", ".join(f"{name} {value:.4g}" for name, value in numbers.items()))
     if motion.model.name == "full":
@@ -178,26 +134,25 @@ def _warn(a: Answer, motion: Motion, samples: float, residual: float) -> None:
         )
 
 
-def _window(result: xr.Dataset, verdict: Verdict) -> np.ndarray:
+def _window(time: np.ndarray, verdict: Verdict) -> np.ndarray:
     """True for the samples (N,) of the verdict."""
-    time = result.time.values
     inside: np.ndarray = (time >= verdict.window[0]) & (time <= verdict.window[1])
     inside[-1] |= not inside.any()
     return inside
 
 
 def _state_end(
-    a: Answer, motion: Motion, result: xr.Dataset, limits: MotionLimits | None, noise: Noise, mark: Mark
+    a: Answer, motion: Motion, row: Mapping[str, Any], is_sparse: bool, noise: Noise, balance: float, mark: Mark
 ) -> float | None:
     """State the summary of the contract, and return the depth of the modulation.
 
-    limits: where the variables of the result are too few samples of the motion.
+    row: the variables of the result. is_sparse: they are too few samples. balance: error of the energy's.
     """
-    verdict, machine = motion.verdict, motion.case.machine.at(float(result.time.values[-1]))
-    evidence, modulation, inside = verdict.evidence, verdict.modulation, _window(result, verdict)
-    rotor = result.speed.sel(body=machine.rotor.name).values[inside]
-    envelope, (low, high) = result.amplitude.values[inside], limits.speeds if limits else extremes(rotor)
-    amplitudes = verdict.amplitudes or (limits.amplitudes if limits else None)
+    verdict, machine = motion.verdict, motion.case.machine.at(float(row["time"][-1]))
+    evidence, modulation, inside = verdict.evidence, verdict.modulation, _window(row["time"], verdict)
+    rotor = row["speed"][machine.bodies.index(machine.rotor)][inside]
+    envelope, (low, high) = row["amplitude"][inside], speed_limits(motion) if is_sparse else extremes(rotor)
+    amplitudes = verdict.amplitudes or (amplitude_limits(motion) if is_sparse else None)
     values = amplitudes or [float(f(envelope)) for f in (np.mean, np.min, np.max)]
     amplitude, least, greatest = (noise.without(a, motion.observation.largest) for a in values)
     residual = None if verdict.residual is None else noise.without(verdict.residual, 1.0)
@@ -207,7 +162,7 @@ def _state_end(
         weights = smooth_weights(len(rotor))
         mean = float(np.average(rotor, weights=weights if weights.any() else None))
     depth = (modulation.high - modulation.low) / (2 * abs(mean)) if modulation and mean else None
-    mismatch = float(result[MISMATCH][-1]) if MISMATCH in result else None
+    mismatch = float(row[MISMATCH][-1]) if MISMATCH in row else None
     length = machine.orbit_unit
     a.number("outcome", str(verdict.outcome), "outcome")
     a.number("final_speed", mean, "mean speed of the main rotor at the end", "speed", headline=True)
@@ -225,22 +180,19 @@ def _state_end(
     a.number("modulation_period", modulation and modulation.period, "period of the modulation", "time")
     a.number("modulation_period_phi", modulation and modulation.period_angle, "angle of the rotor in that period", "rad")
     a.number("modulation_depth", depth, "share of the mean speed by which it is modulated to either side")
-    a.number("energy_residual", float(result.energy_residual.max()), "largest relative error of the energy balance")
+    a.number("energy_residual", balance, "largest relative error of the energy balance")
     a.number("damper_mismatch", mismatch, "relative mismatch of damper torques that are not reciprocal")
     a.number("resonance_speed", evidence.resonance, "speed of the largest vibration torque", "speed")
     a.number("natural_frequencies", natural_frequencies(machine), "natural frequencies by mode", "speed")
     a.number("dimensionless", dimensionless_numbers(machine), "dimensionless numbers of the machine")
     a.number("advice", verdict.advice, "advice")
     a.number("advised_time", verdict.needed_time, "sufficient time", "time")
-    free = float(result.free_speed)
-    text = "{final_speed}"
+    free, text = row["free_speed"], "{final_speed}"
     if free and math.isfinite(free):  # nothing drives a rotor that vibration sustains
         text += " of {free_speed} without vibration"
-    if modulation is None:
-        text += mark("final_speed")
-    else:
-        text += ", modulated, between {min_speed} and {max_speed}" + mark("final_speed", "min_speed", "max_speed")
-    a.line("speed", text)
+    if modulation is not None:
+        text += ", modulated, between {min_speed} and {max_speed}"
+    a.line("speed", text + mark("final_speed", *(("min_speed", "max_speed") if modulation is not None else ())))
     _state_rotors(a, verdict, noise, mark)
     return depth
 
@@ -282,17 +234,20 @@ def _tell_end(a: Answer, verdict: Verdict, depth: float | None, mark: Mark) -> N
 
 
 def _state_vibration(
-    a: Answer, motion: Motion, result: xr.Dataset, noise: Noise, deck: float | None, mark: Mark
+    a: Answer, motion: Motion, row: Mapping[str, Any], noise: Noise, deck: float | None, mark: Mark
 ) -> Throw | None:
     """State the motion of the carrier's centre of mass in the last window; None without units, or if it only turns."""
-    machine, inside = motion.case.machine, _window(result, motion.verdict)
-    ways = [d for d in "xy" if d in machine.labels]
-    if not ways or machine.dimensionless or np.count_nonzero(inside) < _FEWEST:
+    machine, time, inside = motion.case.machine, row["time"], _window(row["time"], motion.verdict)
+    if not {"x", "y"} & set(machine.labels) or machine.dimensionless or np.count_nonzero(inside) < _FEWEST:
         return None
-    samples = result.isel(time=inside)
-    place, velocity = (_plane(samples[name]) for name in ("displacement", "velocity"))
-    throw = Throw.from_samples(samples.time.values, place, velocity, deck).beyond(noise.angle * motion.observation.largest)
-    force = noise.without(largest_of(_plane(samples.bearing_force)), largest_of(_plane(result.bearing_force)))
+    zero = np.zeros(len(time))
+    place, velocity, forces = (  # (2, N), zero where the carrier cannot move
+        np.array([dict(zip(machine.labels, row[name], strict=True)).get(way, zero) for way in "xy"])
+        for name in ("displacement", "velocity", "bearing_force")
+    )
+    throw = Throw.from_samples(time[inside], place[:, inside], velocity[:, inside], deck)
+    throw = throw.beyond(noise.angle * motion.observation.largest)
+    force = noise.without(largest_of(forces[:, inside]), largest_of(forces))
     a.number("bearing_force", force, "largest force of all bodies together on the carrier", "N")
     for name, value in throw.numbers.items():
         a.number(name, value, *NUMBERS[name], headline=name == "machine_number")
@@ -313,13 +268,6 @@ def _state_vibration(
     return throw
 
 
-def _plane(of: xr.DataArray) -> np.ndarray:
-    """Return its components in x and y (2, N), zero where the carrier cannot move."""
-    there = [str(d) for d in of.direction.values]
-    zero = np.zeros(of.sizes["time"])
-    return np.array([of.values[there.index(d)] if d in there else zero for d in "xy"])
-
-
 def _state_contacts(a: Answer, motion: Motion, mark: Mark) -> None:
     """State how stiff the contacts of balls are, and how far balls overlap in the run; nothing without tracks."""
     contacts = track_contacts(motion)
@@ -327,8 +275,7 @@ def _state_contacts(a: Answer, motion: Motion, mark: Mark) -> None:
         return
     overlaps = {name: c.overlap for name, c in contacts.items() if c.overlap is not None}
     lengths = {name: overlap * contacts[name].radius for name, overlap in overlaps.items()}
-    frequencies = {name: c.frequency for name, c in contacts.items()}
-    unit = motion.case.machine.orbit_unit
+    frequencies, unit = {name: c.frequency for name, c in contacts.items()}, motion.case.machine.orbit_unit
     a.number("contact_frequencies", frequencies, "frequencies of the contacts, by track", "rad/s")
     a.number("overlaps", overlaps, "largest overlaps of bodies in the run, as angles, by track", "rad")
     a.number("overlap_lengths", lengths, "largest overlaps of bodies in the run, by track", unit)

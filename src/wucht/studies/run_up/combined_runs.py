@@ -3,48 +3,20 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from wucht.dynamics.run_ups.deviations import compared_motion, deviations_by_angle, deviations_by_phase
 from wucht.dynamics.run_ups.run_up import Motion
-from wucht.dynamics.work import Work
 from wucht.results.formatting import number_text
 from wucht.results.quantities import Quantity
 from wucht.studies.answer import Answer
 
 _COMPARED_VARIABLES = ("angle", "speed", "amplitude", "phase", "rotor_phase", "radius")
-
-Fill = Callable[[Answer], None]
-
-
-@dataclass(frozen=True)
-class Run(ABC):
-    """One run of a subject. start: as the question gives it. value: of the parameter ``along``, if there is one."""
-
-    label: str
-    start: Mapping[str, Any]
-    value: float | None
-
-    @property
-    @abstractmethod
-    def stored_numbers(self) -> float:
-        """A bound of the numbers that it stores."""
-
-    @abstractmethod
-    def follow(self, work: Work) -> Iterator[tuple[Fill, bool]]:
-        """Integrate it, and yield, as far as it is known, a function that states it, and whether it is complete."""
-
-    @abstractmethod
-    def state_many(
-        self, a: Answer, along: str | None, runs: Sequence[Any], results: Sequence[Answer], finished_count: int
-    ) -> None:
-        """State many runs like this one, which may be fewer than all. finished_count: how many of them are complete."""
 
 
 def printed_number(a: Answer, value: float | None, unit: str) -> str:
@@ -111,9 +83,8 @@ def variables_of_cases(runs: Sequence[Mapping[str, Quantity]], names: Sequence[s
 
 
 def state_cases(
-    a: Answer, along: str | None, cases: Sequence[Run], results: Sequence[Answer], finished_count: int,
-    further_parts: Mapping[str, str],
-) -> None:  # fmt: skip
+    a: Answer, along: str | None, cases: Sequence[Any], results: Sequence[Answer], finished_count: int, **further_parts: str
+) -> None:
     """State many runs, which may be fewer than the cases: how many have which outcome, and the summary of each.
 
     further_parts: names in words of keys of each that the summary of a run does not have.

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from wucht.dynamics.work import Work
 from wucht.machines.subject import Subject
 from wucht.studies.answer import Answer
 from wucht.studies.limit_set_variables import state_limit_set
-from wucht.studies.run_up.combined_runs import Fill, Run, state_cases, variables_of_cases
+from wucht.studies.run_up.combined_runs import state_cases, variables_of_cases
 
 _CASE_WORDS = {
     "label": "label of the run", "start": "states at the start", "value": "value of the parameter",
@@ -26,39 +27,42 @@ _VARIABLES_OF_CASES = ("time", "states", "limit_time", "limit_states")
 
 
 @dataclass(frozen=True)
-class EquationRun(Run):
-    """A run of equations from a state (n,).
+class EquationRun:
+    """A run of equations. start: the state by name. value: of the parameter ``along``.
 
     most_samples, most_places: numbers that are stored at most, over time and of what the motion tends to.
     """
 
+    label: str
+    start: Mapping[str, Any]
+    value: float | None
     subject: Subject
-    state: np.ndarray
     settings: LongRunSettings
     most_samples: int
     most_places: int
 
     @property
     def stored_numbers(self) -> float:
-        """See ``Run``."""
+        """A bound of the numbers that it stores."""
         return float(2 * (2 * INTERVALS + 1) * len(self.subject.system.states))
 
-    def follow(self, work: Work) -> Iterator[tuple[Fill, bool]]:
-        """See ``Run``."""
+    def answers(self, work: Work) -> Iterator[Answer]:
+        """Integrate it, and yield its answer."""
         report = partial(_tell_time, work.open_ended, self.settings.until)
-        run = work.unit("run", partial(long_run, self.subject, self.state, self.settings, report))
-        yield partial(_fill_run, self, run), True
+        run = work.unit("run", partial(long_run, self.subject, np.array(list(self.start.values())), self.settings, report))
+        yield Answer(self.subject.units, partial(_fill_run, self, run))
 
     def state_many(
-        self, a: Answer, along: str | None, runs: Sequence[Run], results: Sequence[Answer], finished_count: int
+        self, along: str | None, runs: Sequence[Any], answers: Sequence[Answer], finished_count: int, a: Answer
     ) -> None:
-        """State the runs over time and what they tend to, and a line for each."""
+        """State many runs over time and what they tend to, and a line for each; see ``MachineRun``."""
+        results = [answer.fill() for answer in answers]
         a.attribute(**results[0].attributes)
-        state_cases(a, along, runs, results, finished_count, _CASE_WORDS)
-        by_name = [{q.name: q for q in r.quantities} for r in results]
-        for run, result in zip(runs, results, strict=False):
-            a.line("run", "{label}: {sentence}", label=run.label, sentence=result.sentence)
-        a.curve("case", [run.label for run, _ in zip(runs, results, strict=False)], "run")
+        state_cases(a, along, runs, results, finished_count, **_CASE_WORDS)
+        labels, by_name = [run.label for run in runs[: len(results)]], [{q.name: q for q in r.quantities} for r in results]
+        for label, result in zip(labels, results, strict=True):
+            a.line("run", "{label}: {sentence}", label=label, sentence=result.sentence)
+        a.curve("case", labels, "run")
         a.add([by_name[0]["state"], by_name[0]["is_angle"]])
         a.add(variables_of_cases(by_name, _VARIABLES_OF_CASES, self.most_samples))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
@@ -19,13 +19,14 @@ from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.subject import Subject
+from wucht.plots.run_panels import figure_of_run
+from wucht.plots.several_runs import figure_of_runs
+from wucht.plots.state_courses import figure_of_states
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
 from wucht.studies.key_types import Path, Starts, TrueOrFalse, Values
 from wucht.studies.next_question import NextQuestion
-from wucht.studies.run_up.combined_runs import Fill, Run
 from wucht.studies.run_up.equation_run import EquationRun
-from wucht.studies.run_up.figure import run_up_figure
 from wucht.studies.run_up.machine_run import MachineRun
 from wucht.studies.single_run import SingleRun
 
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_RUNS = 500
+Run = MachineRun | EquationRun
 _MOST_SAMPLES, _MOST_PLACES = 1_000_000, 20_001  # of all runs of equations together: over time, of what they tend to
 _KEYS_OF_MACHINES = ("turns", "model", "inertia", "order", "speed_limit", "over", "deck")
 
@@ -61,7 +63,6 @@ class RunUp(SingleRun):
             {"study.kind": "synchronous-states"},
             ("synchronised", "not-synchronised", "balancer-captured"),
         ),
-        NextQuestion("what happens when it is switched off", {"study.kind": "coast-down"}, ("compensated",)),
         NextQuestion("how it vibrates over the speed", {"study.kind": "response"}, ("passed",)),
         NextQuestion("what happens when it is switched off", {"study.kind": "coast-down"}),
         NextQuestion("how it vibrates over the speed", {"study.kind": "response"}),
@@ -110,23 +111,19 @@ class RunUp(SingleRun):
             raise InputError("study.values", len(self.values), f"there must be at most {MOST_RUNS} runs, starts times values")
         super().check()
 
-    @property
-    def is_several(self) -> bool:
-        """True if it has many runs."""
-        return bool(self.starts or self.values)
-
     def prepare(self, subject: Subject) -> tuple[Run, ...]:
         """Return the runs, at least one. Raises ``InputError``."""
         starts = {f"study.starts[{k}]": start for k, start in enumerate(self.starts)} or {"study.start": self.start}
+        prepare_run: Callable[..., Run] = self._machine_run if isinstance(subject, Machine) else self._equation_run
         parameter, runs = None if self.along is None else parameter_of(subject, self.along), list[Run]()
         for value in (None,) if parameter is None else values_of(subject, parameter, self.values):
             variant, names = subject, list[str]()
             if parameter is not None and value is not None:
                 variant, names = subject.with_values({parameter.path: value}), [parameter.value_text(value)]
-            for location, start in starts.items():
-                run = self._run(variant, start, location)
-                names_of_run = [*names, run.label] if self.starts else names
-                runs.append(replace(run, label="; ".join(names_of_run), value=value))
+            for at, start in starts.items():
+                run = prepare_run(variant, start, at)
+                label = "; ".join([*names, run.label] if self.starts else names)
+                runs.append(replace(run, label=label, value=value))
         return tuple(runs)
 
     def stored_numbers(self, prepared: tuple[Run, ...]) -> float:
@@ -135,25 +132,22 @@ class RunUp(SingleRun):
 
     def solve(self, subject: Subject, prepared: tuple[Run, ...], work: Work) -> Iterator[Answer]:
         """Integrate the runs; later ones are reported when they are complete: partial ones would count as finished."""
-        ends, count = tuple[Fill, ...](), len(prepared)
+        if not self.starts and not self.values:
+            yield from prepared[0].answers(work)
+            return
+        ends, count = tuple[Answer, ...](), len(prepared)
         for k, run in enumerate(prepared):
-            part = work.part(f"run {k + 1}", k / count, (k + 1) / count) if self.is_several else work
-            for fill, is_complete in run.follow(part):
-                if is_complete:
-                    ends = (*ends, fill)
-                if is_complete or not ends:
-                    fills = ends or (fill,)
-                    yield Answer(subject.units, partial(self._fill, subject, prepared, fills, len(ends)))
+            for answer in run.answers(work.part(f"run {k + 1}", k / count, (k + 1) / count)):
+                if not ends:
+                    yield Answer(subject.units, partial(run.state_many, self.along, prepared, (answer,), 0))
+            ends = (*ends, answer)
+            yield Answer(subject.units, partial(run.state_many, self.along, prepared, ends, k + 1))
 
     def draw(self, result: xr.Dataset) -> Figure:
         """See ``Study``."""
-        return run_up_figure(result)
-
-    def _run(self, subject: Subject, start: Mapping[str, Any], location: str) -> Run:
-        """Return one run, named by its start. Raises ``InputError``."""
-        if isinstance(subject, Machine):
-            return self._machine_run(subject, start, location)
-        return self._equation_run(subject, start, location)
+        if result.attrs.get("subject") == "system":
+            return figure_of_states(result)
+        return figure_of_runs(result) if "case" in result.dims else figure_of_run(result)
 
     def _machine_run(self, machine: Machine, start: Mapping[str, Any], location: str) -> MachineRun:
         if self.over == "psi" and not any(b.about == machine.rotor.name for b in machine.bodies):
@@ -179,15 +173,7 @@ class RunUp(SingleRun):
         name = ", ".join(f"{name} = {x:.6g}" for name, x in values.items() if x) or "all states 0"
         settings, count = LongRunSettings(self.until, self.tolerance, self.engine), self.settings.runs
         samples = max((self.stored_samples or _MOST_SAMPLES) // count, 2)
-        return EquationRun(name, values, None, subject, state, settings, samples, _MOST_PLACES // count)
-
-    def _fill(self, subject: Subject, runs: tuple[Run, ...], fills: tuple[Fill, ...], finished_count: int, a: Answer) -> None:
-        """State the runs that are known."""
-        if not self.is_several:
-            fills[0](a)
-            return
-        results = [Answer(subject.units, fill).fill() for fill in fills]
-        runs[0].state_many(a, self.along, runs, results, finished_count)
+        return EquationRun(name, values, None, subject, settings, samples, _MOST_PLACES // count)
 
 
 def _value_text(value: Any, unit: str = "") -> str:

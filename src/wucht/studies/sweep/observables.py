@@ -11,7 +11,6 @@ import numpy as np
 
 from wucht.dynamics.sweeps.course import Ends, SweepCourse
 from wucht.dynamics.sweeps.moving import MovedMachine
-from wucht.dynamics.sweeps.ramps import RampedMachine
 from wucht.dynamics.sweeps.steps import MOST_MAXIMA, SteppedEquations
 from wucht.machines.operation import free_speed
 from wucht.schema import Parameter
@@ -22,9 +21,9 @@ from wucht.studies.sweep.answer import Observables
 _FREE_SPEEDS = 21
 
 
-def machine_observables(sweep: RampedMachine, ends: Ends, is_rate_chosen: bool) -> Observables:
+def machine_observables(moved_machine: MovedMachine, ends: Ends, is_rate_chosen: bool) -> Observables:
     """Return what is read of a machine. ends: lowest and highest value of the parameter."""
-    length, chosen = sweep.moved_machine.machine.orbit_unit, " (chosen so that the machine follows)" if is_rate_chosen else ""
+    length, chosen = moved_machine.machine.orbit_unit, " (chosen so that the machine follows)" if is_rate_chosen else ""
     return Observables(
         follower="machine",
         pace=f"at {{rate:.3g}}{chosen}",
@@ -41,7 +40,7 @@ def machine_observables(sweep: RampedMachine, ends: Ends, is_rate_chosen: bool) 
         jump_lines=("speed {from_speed} to {to_speed}", "amplitude {from_amplitude} to {to_amplitude}"),
         accuracy="{jump_tolerance:.0e} of these values, obtained with {along} held: independent of the rate",
         last_line=("energy", "balance closed to {energy_residual:.1e}"),
-        state_ways=partial(_state_ramps, sweep, lru_cache(partial(_free_speeds, sweep.moved_machine, ends))),
+        state_ways=partial(_state_ramps, moved_machine, lru_cache(partial(_free_speeds, moved_machine, ends))),
     )  # fmt: skip
 
 
@@ -53,22 +52,22 @@ def _free_speeds(moved_machine: MovedMachine, ends: Ends) -> tuple[np.ndarray, n
 
 
 def _state_ramps(
-    sweep: RampedMachine,
+    moved_machine: MovedMachine,
     free_speeds: Callable[[], tuple[np.ndarray, np.ndarray]],
     a: Answer,
     parameter: Parameter,
     course: SweepCourse,
 ) -> None:
     """State the readings of the ramps, NaN where one ended early."""
-    machine, samples, (grid, free) = sweep.moved_machine.machine, sweep.moved_machine.pace.samples, free_speeds()
+    machine, samples, (grid, free) = moved_machine.machine, moved_machine.pace.samples, free_speeds()
     ramps, length, over, speed = course.ways, machine.orbit_unit, "direction sample", a.unit("speed")
 
     def readings(key: str) -> np.ndarray:
         rows = [[getattr(leg, key) for leg in legs] for legs in ramps.values()]
         return np.array([row + [math.nan] * (samples - len(row)) for row in rows]).reshape(len(rows), samples)
 
-    a.attribute(engine=sweep.compiled_system.engine_name)
-    a.number("jump_tolerance", sweep.jump_tolerance, "relative tolerance of the values of jumps")
+    a.attribute(engine=moved_machine.compiled_system.engine_name)
+    a.number("jump_tolerance", moved_machine.jump_tolerance, "relative tolerance of the values of jumps")
     a.curve("grid", grid, parameter.full_name, parameter.unit)
     a.curve("free_speed", free, "speed reached without vibration", "speed", "grid")
     state_parameters(a, machine)

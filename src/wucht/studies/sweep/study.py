@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Literal
 
@@ -13,10 +13,10 @@ from wucht.dynamics.limit_sets.long_run import LongRunSettings
 from wucht.dynamics.parameters import parameter_of, range_of
 from wucht.dynamics.run_ups.hanging_start import with_default_start
 from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
-from wucht.dynamics.sweeps.course import SweptSubject
+from wucht.dynamics.sweeps.course import Ends, SweepCourse
 from wucht.dynamics.sweeps.jumps import JUMP_TOLERANCE
 from wucht.dynamics.sweeps.moving import MovedMachine, rate_unit, sweep_pace
-from wucht.dynamics.sweeps.ramps import RampedMachine
+from wucht.dynamics.sweeps.ramps import ramp_courses
 from wucht.dynamics.sweeps.steps import SteppedEquations
 from wucht.dynamics.system_states import refuse_machine_keys, refuse_singular_start, states_from
 from wucht.dynamics.work import Work
@@ -38,7 +38,8 @@ if TYPE_CHECKING:
 
 _KEYS_OF_MACHINES = ("rate", "jump_tolerance")
 
-Prepared = tuple[SweepQuestion, SweptSubject, Observables]
+Courses = Callable[[Mapping[str, Ends], Work], Iterator[SweepCourse]]  # of ways, the ends of each in their order
+Prepared = tuple[SweepQuestion, Courses, Observables]
 
 
 class Sweep(Study):
@@ -92,22 +93,22 @@ class Sweep(Study):
 
     def solve(self, subject: Subject, prepared: Prepared, work: Work) -> Iterator[Answer]:
         """Move the parameter. A failure ends the sweep with a sentence."""
-        question, sweep, observables = prepared
-        for course in sweep.courses(question.ways, work):
+        question, courses, observables = prepared
+        for course in courses(question.ways, work):
             yield Answer(subject.units, partial(state_sweep, question, observables, course))
 
     def draw(self, result: xr.Dataset) -> Figure:
         """See ``Study``."""
         return sweep_figure(result)
 
-    def _equation_steps(self, subject: Subject, question: SweepQuestion) -> tuple[SweptSubject, Observables]:
+    def _equation_steps(self, subject: Subject, question: SweepQuestion) -> tuple[Courses, Observables]:
         refuse_machine_keys(self, _KEYS_OF_MACHINES)
         path, start = question.parameter.path, states_from(subject.system, self.start, "study.start")
         refuse_singular_start(subject.with_values({path: question.first_value}), start, "study.start")
         sweep = SteppedEquations(subject, path, self.points, start, LongRunSettings(None, self.tolerance, self.engine))
-        return sweep, state_observables(sweep)
+        return sweep.courses, state_observables(sweep)
 
-    def _machine_ramps(self, machine: Machine, question: SweepQuestion) -> tuple[SweptSubject, Observables]:
+    def _machine_ramps(self, machine: Machine, question: SweepQuestion) -> tuple[Courses, Observables]:
         parameter, ends = question.parameter, question.ends
         path, rate = parameter.path, self._rate(machine, parameter)
         if machine.schedules:
@@ -122,9 +123,10 @@ class Sweep(Study):
         initial = initial_state(machine, with_default_start(machine, self.start))
         machine = machine_in_state(machine, initial)
         pace = sweep_pace(machine, path, *ends, rate)
-        moved_machine = MovedMachine(machine, initial, path, pace, energy_scale(machine))
-        sweep = RampedMachine(moved_machine, self.jump_tolerance, self.tolerance, self.engine)
-        return sweep, machine_observables(sweep, ends, is_rate_chosen=self.rate is None)
+        accuracy = self.jump_tolerance, self.tolerance, self.engine
+        moved_machine = MovedMachine(machine, initial, path, pace, energy_scale(machine), *accuracy)
+        observables = machine_observables(moved_machine, ends, is_rate_chosen=self.rate is None)
+        return partial(ramp_courses, moved_machine), observables
 
     def _rate(self, machine: Machine, parameter: Parameter) -> float | None:
         """The rate of the parameter, None if it is not given. Raises ``InputError``."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.plots.scales import name_speeds, printed_values
+from wucht.plots.several_runs import draw_runs
 from wucht.plots.sheet import draw_panels, leading_clauses
 from wucht.plots.stability_lines import draw_classes
 from wucht.plots.style import COLOURS, FREE, GREY, line_style
@@ -65,8 +66,7 @@ def _speed(axis: Axes, result: xr.Dataset) -> None:
 
 def _amplitude(axis: Axes, result: xr.Dataset) -> None:
     values, name = printed_values(result, "amplitude")
-    for k, style in _courses(result):
-        axis.plot(result.time[k], values[k], **style)
+    draw_runs(axis, result.time.values, values, [style for _, style in _courses(result)])
     axis.set(title="vibration", ylabel=name, ylim=(0, None))
     _limit_time(axis, result)
 
