@@ -22,10 +22,9 @@ from wucht.dynamics.branches.modulated_motion import (
     nearest_fold,
     reached_motions,
 )
-from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.second_parameter import SecondParameter
-from wucht.dynamics.branches.state_rows import NoOrbit, OrbitRow, RowCase, connection_curve, transverse_exponent
-from wucht.dynamics.branches.steady_states import BranchSettings, SystemEquilibria
+from wucht.dynamics.branches.state_rows import OrbitRow, RowCase, connection_curve, transverse_exponent
+from wucht.dynamics.branches.steady_states import SystemEquilibria
 from wucht.errors import RunError
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
@@ -38,8 +37,8 @@ def motion_of(
     system: System, values: dict[str, float], path: str, ranges: Any, bounds: tuple[float, float] = (-1.0, 1.0), **start: float
 ) -> ModulatedMotion:
     equations = wucht.UserSystem(system, values)
-    states = SystemEquilibria.of(equations, path, (-1.0, 1.0), BranchSettings(ranges=ranges))
-    return ModulatedMotion.of(equations, path, bounds, OrbitSettings(ranges=ranges, start=start), states)
+    states = SystemEquilibria.of(equations, path, (-1.0, 1.0), ranges)
+    return ModulatedMotion.of(equations, path, bounds, states, ranges=ranges, start=start)
 
 
 # x' = p + q x - x^3 folds at x = +-sqrt(q/3), p = -+2 (q/3)^(3/2); y decays fourfold as fast as x at most.
@@ -222,7 +221,7 @@ def test_a_neighbouring_row_is_begun_with_the_middle_of_this_one() -> None:
     same = RowCase(motion, "a", -1.0, lambda: None)
     assert (
         same.seed_from_neighbour(row) is row.middle
-        and same.seed_from_neighbour(NoOrbit(-1.0, "")) is None
+        and same.seed_from_neighbour("none") is None
         and same.seed_from_neighbour(None) is None
     )
     gone = RowCase(motion.with_values({"a": 1.0}), "a", 1.0, lambda: None)
@@ -239,7 +238,7 @@ def row_case(monkeypatch: pytest.MonkeyPatch, carried: Any, born: dict[float, An
 
     def through(_: Any, seed: Any) -> Any:
         asked.append(seed)
-        return NoOrbit(0.0, "") if str(seed).startswith("bad") else leaf_row()[1]
+        return "none" if str(seed).startswith("bad") else leaf_row()[1]
 
     monkeypatch.setattr(RowCase, "seed_from_neighbour", lambda *_: carried)
     monkeypatch.setattr(RowCase, "row_through", through)
@@ -257,9 +256,9 @@ def test_a_row_begins_with_its_neighbour_or_where_a_state_is_lost(monkeypatch: p
     case, asked = row_case(monkeypatch, None, {0.2: "first", 0.4: "second"})
     assert isinstance(case.row(None), OrbitRow) and asked == ["first"]
     case, asked = row_case(monkeypatch, None, {0.2: None, 0.4: None})
-    assert case.row(None) == NoOrbit(7.0, "nothing at 0.2; nothing at 0.4") and asked == []
+    assert case.row(None) == "nothing at 0.2; nothing at 0.4" and asked == []
     monkeypatch.setattr(state_rows, "lost_states", lambda _: [])
-    assert case.row(None) == NoOrbit(7.0, "no stable steady state is lost there")
+    assert case.row(None) == "no stable steady state is lost there"
 
 
 def test_a_further_row_is_tried_from_its_neighbour_and_then_from_runs(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -267,9 +266,9 @@ def test_a_further_row_is_tried_from_its_neighbour_and_then_from_runs(monkeypatc
     case, asked = row_case(monkeypatch, "bad 1", {})
     assert isinstance(case.further_row(None, given), OrbitRow) and asked == ["bad 1", "bad 2", "good"]
     case, asked = row_case(monkeypatch, None, {})
-    assert isinstance(case.further_row(None, given[:1]), NoOrbit) and asked == ["bad 2"]
+    assert isinstance(case.further_row(None, given[:1]), str) and asked == ["bad 2"]
     made = case.further_row(None, ())
-    assert made == NoOrbit(7.0, "the neighbouring motion cannot be followed to this value")
+    assert made == "the neighbouring motion cannot be followed to this value"
 
 
 def test_a_branch_that_cannot_be_followed_is_no_row(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -278,7 +277,7 @@ def test_a_branch_that_cannot_be_followed_is_no_row(monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(state_rows, "branch_to_end", lost)
     case = RowCase(leaf_row()[0], "a", 3.0, lambda: None)
-    assert case.row_through(SEED) == NoOrbit(3.0, "lost on its way")
+    assert case.row_through(SEED) == "lost on its way"
 
 
 def test_the_exponent_of_the_direction_that_leads_out_of_a_section() -> None:

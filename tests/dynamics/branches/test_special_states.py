@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings, NominalState, SearchedValue
+from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings, NominalState
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.branches.special_states import special_states
-from wucht.dynamics.branches.steady_states import BranchSettings, Kind
+from wucht.dynamics.branches.steady_states import Kind, StatesAtValue
 from wucht.files.user_system import UserSystem
 
 PAIRS = [-3.0 + 5j, -3.0 - 5j, 0.001 + 7j, 0.001 - 7j]
@@ -21,7 +21,7 @@ PAIRS = [-3.0 + 5j, -3.0 - 5j, 0.001 + 7j, 0.001 - 7j]
 @cache
 def case() -> BranchCase:
     line = UserSystem.from_formulas({"x": "mu - x"}, {"mu": 5.0})
-    return BranchCase.of(line, "mu", (1.0, 10.0), BranchSettings(points=1, ranges={"x": (-2.0, 22.0)}))
+    return BranchCase.of(line, "mu", (1.0, 10.0), points=1, ranges={"x": (-2.0, 22.0)})
 
 
 def branch(low: float, high: float, exponents: Any = None, **other: Any) -> EquilibriumBranch:
@@ -65,8 +65,9 @@ def test_exponents_from_the_fastest_growth_on() -> None:
 
 
 def test_searches_show_what_is_known_at_all_values() -> None:
-    low, high = SearchedValue(1.0, None, 1, True, "first", (2.0, 8.0)), SearchedValue(3.0, None, 4, True, "second", (1.0, 7.0))
-    failing = SearchedValue(2.0, None, 0, False, "", failure="why")
+    low = StatesAtValue(1.0, complete=True, evidence="first", speeds=(2.0, 8.0))
+    high = StatesAtValue(3.0, complete=True, evidence="second", speeds=(1.0, 7.0))
+    failing = StatesAtValue(2.0, failure="why")
     whole = BranchFindings((low, high))
     assert whole.knows_all_states and whole.evidence("rad/s") == "first; over all of them speeds from 1 to 8 rad/s"
     doubtful = BranchFindings((low, replace(high, complete=False)))

@@ -12,6 +12,7 @@ import numpy as np
 from wucht.analysis.configurations.averaged_stability import NEUTRAL
 from wucht.dynamics.branches.steady_states import Kind, SteadyStates
 from wucht.errors import RunError
+from wucht.numerics.continuation.curve import CURVE_IS_CLOSED
 from wucht.numerics.continuation.equations import CurvePoint
 from wucht.numerics.continuation.equilibria import BRANCH_POINT, FOLD, Branch, Equilibrium, EquilibriumContinuation
 from wucht.numerics.continuation.special_curves import UNRESOLVED_POINT
@@ -80,6 +81,11 @@ class EquilibriumBranch:
     def parameter_values(self) -> np.ndarray:
         """Values of the parameter (N,)."""
         return np.asarray(self.unknowns[-1])
+
+    @property
+    def is_closed(self) -> bool:
+        """True if it returns to its first point, which is then its last, too."""
+        return self.ends[0] == self.ends[1] == CURVE_IS_CLOSED
 
     @cached_property
     def stability(self) -> np.ndarray:

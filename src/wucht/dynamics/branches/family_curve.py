@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 import sympy as sp
@@ -65,29 +65,13 @@ class _Members:
         return int(self.exponents[:, 0].real.argmax())
 
 
-@dataclass(frozen=True)
-class _Sides:
-    """Sides of the force polygon: relative sizes and angles, by which they are compared, and their torques."""
-
-    sizes: tuple[float, ...]
-    torques: SteadyTorques = field(compare=False)
-
-
-@lru_cache(maxsize=512)
-def _polygon(sides: _Sides) -> tuple[np.ndarray, int] | None:
-    """Return phases (n, k) of members and the dimension; None where there is no state, or only isolated ones."""
-    solutions = compensating_phases(sides.torques)
-    if not solutions or not solutions[0][1]:
-        return None
-    phases, dimension, _ = solutions[0]
-    return np.concatenate([phases[:, None], family_members(sides.torques, SAMPLED_MEMBERS - 1)], axis=1), dimension
-
-
 @dataclass(frozen=True, eq=False)
 class FamilyCurve:
-    """Families of states of a machine along a parameter."""
+    """Families of states of a machine along a parameter. polygons: phases of members by the sides of the force polygon, as
+    ``_polygon`` returns them."""
 
     averaged_equilibria: AveragedEquilibria
+    polygons: dict[tuple[float, ...], tuple[np.ndarray, int] | None] = field(default_factory=dict)
 
     @cached_property
     def equilibria(self) -> EquilibriumContinuation:
@@ -175,12 +159,15 @@ class FamilyCurve:
         return self._polygon(value) is not None
 
     def _polygon(self, value: float) -> tuple[np.ndarray, int] | None:
+        """Return phases (n, k) of members and the dimension; None where there is no state, or only isolated ones."""
         torques = self.averaged_equilibria.model_at(value).torques
         c = torques.coefficients
         if c is None:
             return None
-        sizes = np.round(np.concatenate([c.real, c.imag]) / np.abs(c).max() / _EQUAL)
-        return _polygon(_Sides(tuple(sizes.tolist()), torques))
+        sides = tuple(np.round(np.concatenate([c.real, c.imag]) / np.abs(c).max() / _EQUAL).tolist())
+        if sides not in self.polygons:
+            self.polygons[sides] = _members_of_polygon(torques)
+        return self.polygons[sides]
 
     def _members(self, value: float, speed: float) -> _Members:
         polygon = self._polygon(value)
@@ -244,3 +231,11 @@ class FamilyCurve:
 
 
 _OPEN = "beyond, the unbalances cannot compensate each other"
+
+
+def _members_of_polygon(torques: SteadyTorques) -> tuple[np.ndarray, int] | None:
+    solutions = compensating_phases(torques)
+    if not solutions or not solutions[0][1]:
+        return None
+    phases, dimension, _ = solutions[0]
+    return np.concatenate([phases[:, None], family_members(torques, SAMPLED_MEMBERS - 1)], axis=1), dimension

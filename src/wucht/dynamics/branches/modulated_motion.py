@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from wucht.dynamics.branches.first_orbits import SeedOrbit, orbit_near
-from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
+from wucht.dynamics.branches.orbit_problem import OrbitProblem
 from wucht.dynamics.branches.plane_regions import Range
 from wucht.dynamics.branches.steady_states import Heartbeat, SteadyStates, SystemEquilibria
 from wucht.errors import InputError, RunError
@@ -42,16 +43,17 @@ class ModulatedMotion:
 
     @classmethod
     def of(
-        cls, subject: Subject, path: str, bounds: Range, settings: OrbitSettings, steady_states: SteadyStates
+        cls, subject: Subject, path: str, bounds: Range, steady_states: SteadyStates, together: bool = False,
+        ranges: Mapping[str, Range] | None = None, inertia: bool | None = None, start: Mapping[str, Any] | None = None,
     ) -> ModulatedMotion:  # fmt: skip
         """Set up the motions of a machine, or of user equations, along a parameter within bounds.
 
-        states: the steady ones.
+        together, ranges, inertia, start: see ``OrbitProblem.of``.
 
-        Raises ``InputError`` where a setting does not fit the subject.
+        Raises ``InputError`` where one of them does not fit the subject.
         """
-        part = OrbitProblem.of(subject, path, bounds, settings)
-        whole = OrbitProblem.of(subject, path, bounds, replace(settings, together=False)) if settings.together else part
+        part = OrbitProblem.of(subject, path, bounds, start, together, ranges=ranges, inertia=inertia)
+        whole = OrbitProblem.of(subject, path, bounds, start, ranges=ranges, inertia=inertia) if together else part
         return cls(part, whole, _box(part, steady_states))
 
     def refuse_idle(self, paths: Mapping[str, str]) -> None:

@@ -30,10 +30,10 @@ class SpecialState:
 def special_states(case: BranchCase, branches: Sequence[EquilibriumBranch]) -> list[SpecialState]:
     """Collect all special points; one on two branches counts once."""
     special_points: list[SpecialState] = []
-    states_by_second_value = dict(case.states_by_second_value)
     for k, branch in enumerate(branches):
-        steady_states = states_by_second_value[branch.second]
-        width, ordinates = steady_states.equilibria.equations.scale[-1], steady_states.ordinates(branch.unknowns)
+        steady_states = case.states_by_second_value[branch.second]
+        width = steady_states.equilibria.equations.scale[-1]
+        speeds, amplitudes = steady_states.ordinate(branch.unknowns).tolist(), steady_states.amplitude(branch.unknowns).tolist()
         for i in np.flatnonzero([bool(kind) for kind in branch.kinds]).tolist():
             unknowns, kind = branch.unknowns[:, i], branch.kinds[i]
             neighbours = [
@@ -43,11 +43,10 @@ def special_states(case: BranchCase, branches: Sequence[EquilibriumBranch]) -> l
             ]
             if any(steady_states.is_same(unknowns, np.append(s.unknowns[:-1], unknowns[-1])) for s in neighbours):
                 continue
-            speed, amplitude = float(ordinates.speed[i]), float(ordinates.amplitude[i])
             exponents = branch.exponents[:, i][np.isfinite(branch.exponents[:, i])]
             swings = kind == HOPF or (kind in (SOME_STABLE, ALL_STABLE) and exponents[exponents.real.argmax()].imag != 0)
             frequency = _frequency_of(exponents) if swings else None
-            special_points.append(SpecialState(kind, unknowns, speed, amplitude, k, frequency, branch.second))
+            special_points.append(SpecialState(kind, unknowns, speeds[i], amplitudes[i], k, frequency, branch.second))
     return special_points
 
 

@@ -85,12 +85,11 @@ def _kinds_phrase(kinds: Sequence[str]) -> str:
 
 def _state_points(a: Answer, along: Parameter, case: BranchCase, branches: Sequence[EquilibriumBranch]) -> None:
     """State the points of all branches."""
-    states_at, labels, n = dict(case.states_by_second_value), case.steady_states.labels, len(case.steady_states.names)
+    labels, n = case.steady_states.labels, len(case.steady_states.names)
     exponents = join_arrays([b.exponents for b in branches], n)
     shares = [np.array(b.stable_share) if b.stable_share else np.full(b.unknowns.shape[1], np.nan) for b in branches]
     at_special = join_arrays([np.array([bool(kind) for kind in b.kinds]) for b in branches])
-    ordinates = [states_at[b.second].ordinates(b.unknowns) for b in branches]
-    state_steady_points(a, "point", "", branches, ordinates, along, labels)
+    state_steady_points(a, "point", "", branches, [case.states_by_second_value[b.second] for b in branches], along, labels)
     a.curve("unstable", join_arrays([b.unstable for b in branches]).astype(int), "number of growing disturbances", "", "point")
     a.curve("stable_share", join_arrays(shares), "share of a family's members that are stable", "", "point")
     a.curve("at_special", at_special.astype(np.int8), "a special point", "", "point")
@@ -104,7 +103,13 @@ def _state_searches(a: Answer, along: Parameter, findings: BranchFindings, speed
     searches, is_complete = findings.searches, findings.knows_all_states
     values = [s.value for s in searches if s.failure is None]
     a.curve("searched_value", [s.value for s in searches], along.full_name, along.unit, "search")
-    a.curve("searched_states", np.array([s.state_count for s in searches], int), "number of states there", "", "search")
+    a.curve(
+        "searched_states",
+        np.array([len(s.points) + len(s.families) for s in searches], int),
+        "number of states there",
+        "",
+        "search",
+    )
     a.number("searched", values, f"{along.full_name} at which all states were searched for", along.unit)
     a.number("complete", is_complete, "whether all states are known there")
     a.number("shown", findings.evidence(speed_unit), "evidence for that")

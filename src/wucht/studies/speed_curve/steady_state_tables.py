@@ -65,7 +65,7 @@ def state_branches(
     a: Answer, along: Parameter, second: Parameter | None, case: BranchCase, branches: Sequence[EquilibriumBranch]
 ) -> None:
     """State names, ranges and ends of the branches, and where they are stable."""
-    labels, states_at, kinds = case.steady_states.labels, dict(case.states_by_second_value), [b.kind for b in branches]
+    labels, states_at, kinds = case.steady_states.labels, case.states_by_second_value, [b.kind for b in branches]
     seconds, dimensions = [b.second for b in branches], [b.dimension for b in branches]
     words, unit = ("second parameter", "") if second is None else (second.full_name, second.unit)
     a.curve("branch_name", np.array([k.name or "" for k in kinds], "U16"), "name", "", "branch")
@@ -76,7 +76,7 @@ def state_branches(
     a.curve("multiplicity", many, "states that differ in equal bodies only", "", "branch")
     a.curve("second_value", np.array(seconds, float), words, unit, "branch")
     stable, partly = ([b.intervals(level) for b in branches] for level in (StabilityLevel.STABLE, StabilityLevel.PARTLY_STABLE))
-    ordinates = [states_at[b.second].ordinates(b.unknowns).speed.tolist() for b in branches]
+    ordinates = [states_at[b.second].ordinate(b.unknowns).tolist() for b in branches]
     ordinates = [[_round_ordinate(states_at[b.second], x) for x in row] for b, row in zip(branches, ordinates, strict=True)]
     shares = [b.stable_share for b in branches]
 
@@ -153,7 +153,7 @@ def state_special_points(
     a: Answer, along: Parameter, second: Parameter | None, case: BranchCase, special_points: Sequence[SpecialState]
 ) -> None:
     """State the special points, with the frequency of the oscillation that begins there."""
-    labels, names, states_at = case.steady_states.labels, case.steady_states.names, dict(case.states_by_second_value)
+    labels, names, states_at = case.steady_states.labels, case.steady_states.names, case.states_by_second_value
     values = [significant_value(float(s.unknowns[-1]), case.steady_states.bounds) for s in special_points]
     speeds = [_round_ordinate(states_at[s.second], s.speed) for s in special_points]
     frequency_unit = f"rad{labels.rate.removeprefix('1')}" if labels.rate else ""
@@ -191,9 +191,9 @@ def state_special_points(
 def state_nominal_states(a: Answer, along: Parameter, case: BranchCase, findings: BranchFindings) -> list[tuple[str, str, str]]:
     """State the states at the subject's value of the parameter, the fastest first, and return a line for each."""
     labels, steady_states, branches = case.steady_states.labels, case.steady_states, findings.branches
-    states = sorted(findings.nominal, key=lambda n: -abs(float(steady_states.ordinates(n.unknowns[:, None]).speed[0])))
-    ordinates = [steady_states.ordinates(n.unknowns[:, None]) for n in states]
-    speeds, amplitudes = [float(o.speed[0]) for o in ordinates], [float(o.amplitude[0]) for o in ordinates]
+    states = sorted(findings.nominal, key=lambda n: -abs(float(steady_states.ordinate(n.unknowns[:, None])[0])))
+    speeds = [float(steady_states.ordinate(n.unknowns[:, None])[0]) for n in states]
+    amplitudes = [float(steady_states.amplitude(n.unknowns[:, None])[0]) for n in states]
     kinds = [branches[n.branch].kind if branches[n.branch].dimension else steady_states.kind(n.unknowns) for n in states]
     exponents = [n.fastest_exponents for n in states]
     by_name = [_state_by_name(steady_states, n.unknowns) for n in states]
@@ -248,7 +248,7 @@ def state_special_curves(
 ) -> None:
     """State the curves of folds and Hopf points in two parameters, with the points where a second condition holds."""
     labels, steady_states = case.steady_states.labels, case.steady_states
-    ordinates = [steady_states.ordinates(c.unknowns[:-1]).speed for c in curves]
+    ordinates = [steady_states.ordinate(c.unknowns[:-1]) for c in curves]
     special = [
         [_second_condition(along, second, steady_states, c, i, float(speeds[i])) for i, kind in enumerate(c.kinds) if kind]
         for c, speeds in zip(curves, ordinates, strict=True)
