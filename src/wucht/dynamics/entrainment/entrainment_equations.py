@@ -27,7 +27,7 @@ _LONGEST_STEP = 0.5  # of Newton's method, in the states' sizes
 _REGULAR = 1e-14  # added to the Jacobian, so that a singular one does not end the search from other starts
 _SMALL = 1e-11  # of the residual, each equation scaled by its size
 _SAME = 1e-5  # of two equilibria that are the same
-STABLE = 1e-9  # of the fastest rate: growth below this is rounding
+_STABLE = 1e-9  # of the fastest rate: growth below this is rounding
 
 
 class EntrainmentEquations:
@@ -90,7 +90,7 @@ class EntrainmentEquations:
     def is_stable(self, state: np.ndarray, value: float) -> bool:
         """True if all disturbances decay."""
         values = self.eigenvalues(state, value)
-        return bool(values.real.max() < -STABLE * np.abs(values).max())
+        return bool(values.real.max() < -_STABLE * np.abs(values).max())
 
     @np.errstate(all="ignore")  # a start from which Newton's method diverges is left out
     def equilibria(self, value: float, more: np.ndarray | None = None) -> list[np.ndarray]:
