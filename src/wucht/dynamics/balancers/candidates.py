@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import Any, Literal
@@ -323,7 +324,10 @@ def _runs_of_candidates(
 ) -> list[tuple[int, Machine, MemberOutcomes]]:
     """Return index, machine and runs of each candidate (P, k) that the machine's parts allow."""
     m = trials.samples
-    feasible = [(i, machine) for i, row in enumerate(numbers.tolist()) if (machine := _machine(trials, row)) is not None]
+    feasible = list[tuple[int, Machine]]()
+    for i, row in enumerate(numbers.tolist()):
+        with suppress(InputError):
+            feasible.append((i, trials.candidate_machine(row)))
     if not feasible:
         return []
     starts = np.concatenate([trials.starts(machine) for _, machine in feasible], axis=1)
@@ -333,14 +337,6 @@ def _runs_of_candidates(
     values[trials.unbalance] = np.tile(trials.spread, len(feasible))
     ensemble = outcomes_of(question, starts, values, report)
     return [(i, machine, ensemble.select(np.arange(k * m, (k + 1) * m))) for k, (i, machine) in enumerate(feasible)]
-
-
-def _machine(trials: BalancerTrials, numbers: Sequence[float]) -> Machine | None:
-    """Return the machine of a candidate, None if the parts do not allow it."""
-    try:
-        return trials.candidate_machine(numbers)
-    except InputError:
-        return None
 
 
 def _median_settling(runs: MemberOutcomes) -> tuple[float, float]:
