@@ -337,7 +337,7 @@ def test_from_one_place_towards_the_other_along_the_parameter_that_differs(
 
     def fold(_motion: Any, x: np.ndarray, value: float) -> Any:
         assert x.tolist() == [1.0, 2.0] and value == 0.11
-        return SimpleNamespace(value=0.33, state="state")
+        return SimpleNamespace(parameter=0.33, x="state")
 
     monkeypatch.setattr(ending_curves, "connections_at", at)
     monkeypatch.setattr(ending_curves, "connections_of", of)

@@ -178,7 +178,7 @@ def test_a_motion_that_begins_as_the_parameter_falls_is_followed_down() -> None:
     assert (found.kind, found.end.value, found.end.sentence) == ("range", 0.15, "the range ends at p = 0.15")
 
 
-FOLDS = [SimpleNamespace(value=v, way=1) for v in (-1.0, 0.1, 0.2)]
+FOLDS = [(SimpleNamespace(parameter=p), 1) for p in (-1.0, 0.1, 0.2)]
 
 
 def ending(monkeypatch: pytest.MonkeyPatch, born: list[Any], end: Any) -> OrbitEnding:
@@ -186,12 +186,12 @@ def ending(monkeypatch: pytest.MonkeyPatch, born: list[Any], end: Any) -> OrbitE
     monkeypatch.setattr(orbit_endings, "lost_states", lambda _: FOLDS)
     orbits = iter(born)
 
-    def orbit_beyond_loss(_: Any, fold: Any, sentences: list[str], ____: Any) -> Any:
+    def orbit_beyond_loss(_: Any, __: Any, ___: int, sentences: list[str], ____: Any) -> Any:
         sentences.append("it settles")
         return next(orbits)
 
     monkeypatch.setattr(orbit_endings, "orbit_beyond_loss", orbit_beyond_loss)
-    monkeypatch.setattr(orbit_endings, "follow_to_end", end)
+    monkeypatch.setattr(orbit_endings, "branch_to_end", end)
     motion: Any = SimpleNamespace(steady_branches=lambda: (), subject=SimpleNamespace(path="p", bounds=(-1.0, 1.0)))
     return ending_at(motion, (3.0, 4.0), lambda: None)
 
@@ -200,7 +200,7 @@ def test_the_first_motion_that_can_be_followed_counts(monkeypatch: pytest.Monkey
     def end(_: Any, seed: Any, way: int, watch: Any) -> Any:
         if seed == "short":
             raise RunError("lost on its way")
-        return OrbitEnd("kind", 0.9, f"{seed} {way}")
+        return SimpleNamespace(end=OrbitEnd("kind", 0.9, f"{seed} {way}"))
 
     found = ending(monkeypatch, ["short", "long"], end)
     assert (found.begins, found.end.kind, found.end.value, found.end.sentence) == (0.2, "kind", 0.9, "long 1")
@@ -221,8 +221,8 @@ def test_a_run_begins_just_beyond_a_fold_and_nearer_if_that_is_outside(monkeypat
     motion: Any = SimpleNamespace(subject=SimpleNamespace(bounds=(0.0, 1.0)))
     sentences = list[str]()
     for value, way in ((0.5, 1), (0.5, -1), (0.995, 1)):
-        fold: Any = SimpleNamespace(value=value, way=way, state=np.zeros(2), fastest=2.0)
-        assert orbit_endings.orbit_beyond_loss(motion, fold, sentences, lambda: None) is None
+        fold: Any = SimpleNamespace(parameter=value, x=np.zeros(2), eigenvalues=np.array([-2.0, 1e-9]), kind="fold")
+        assert orbit_endings.orbit_beyond_loss(motion, fold, way, sentences, lambda: None) is None
     assert tried == [(pytest.approx(v), 25.0) for v in (0.51, 0.502, 0.49, 0.498, 0.997)]
     assert sentences[-1] == "nothing at 0.997"
 

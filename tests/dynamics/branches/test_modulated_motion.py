@@ -13,7 +13,7 @@ import sympy as sp
 
 import wucht
 from known_connections import LEAF
-from wucht.dynamics.branches import modulated_motion, state_rows
+from wucht.dynamics.branches import modulated_motion, orbit_endings, state_rows
 from wucht.dynamics.branches.first_orbits import SeedOrbit, orbit_near
 from wucht.dynamics.branches.modulated_motion import (
     ModulatedMotion,
@@ -22,6 +22,7 @@ from wucht.dynamics.branches.modulated_motion import (
     nearest_fold,
     reached_motions,
 )
+from wucht.dynamics.branches.orbit_endings import orbit_beyond_loss
 from wucht.dynamics.branches.second_parameter import SecondParameter
 from wucht.dynamics.branches.state_rows import OrbitRow, RowCase, connection_curve, transverse_exponent
 from wucht.dynamics.branches.steady_states import SystemEquilibria
@@ -53,10 +54,10 @@ def cubic() -> ModulatedMotion:
 
 def test_stable_states_that_meet_unstable_ones_are_lost() -> None:
     """First that which is lost as p grows: the lower one at x = -1/sqrt 3; from above the upper one. y decays with -8."""
-    up, down = lost_states(cubic().steady_branches())
-    assert (up.value, up.way, down.value, down.way) == (pytest.approx(FOLD), 1, pytest.approx(-FOLD), -1)
-    assert up.state == pytest.approx([-(3**-0.5), 0.0], abs=1e-6) and down.state == pytest.approx([3**-0.5, 0.0], abs=1e-6)
-    assert (up.fastest, down.fastest) == (pytest.approx(8.0), pytest.approx(8.0))
+    (up, grows), (down, falls) = lost_states(cubic().steady_branches())
+    assert (up.parameter, grows, down.parameter, falls) == (pytest.approx(FOLD), 1, pytest.approx(-FOLD), -1)
+    assert up.x == pytest.approx([-(3**-0.5), 0.0], abs=1e-6) and down.x == pytest.approx([3**-0.5, 0.0], abs=1e-6)
+    assert up.kind == down.kind == "fold"
 
 
 def test_of_two_unstable_states_none_is_lost() -> None:
@@ -67,14 +68,24 @@ def test_of_two_unstable_states_none_is_lost() -> None:
 
 
 @pytest.mark.parametrize(("sign", "way"), [(1, 1), (-1, -1)])
-def test_a_stable_state_that_begins_to_vibrate_is_lost(sign: int, way: int) -> None:
+def test_a_stable_state_that_begins_to_vibrate_is_lost(sign: int, way: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """At p = 0, with +-2 i; a run begins 1e-3 of the sizes beside it."""
     growth = sign * P - X**2 - Y**2
     system = System((X, Y), (growth * X - 2 * Y, 2 * X + growth * Y), (P,))
     motion = motion_of(system, {"p": 0.0}, "p", {"x": (-2.0, 2.0), "y": (-1.0, 1.0)})
-    (lost,) = lost_states(motion.steady_branches())
-    assert (lost.value, lost.way, lost.fastest) == (pytest.approx(0.0, abs=1e-9), way, pytest.approx(2.0))
-    assert lost.state == pytest.approx([4e-3, 2e-3], abs=1e-9)
+    ((lost, found_way),) = lost_states(motion.steady_branches())
+    assert (lost.kind, lost.parameter, found_way) == ("hopf", pytest.approx(0.0, abs=1e-9), way)
+    begun = list[tuple[np.ndarray, float]]()
+
+    def near(_: Any, __: float, start: np.ndarray, ___: Any, span: Any) -> Any:
+        begun.append((start, span(start)))
+        return SimpleNamespace(orbit=None, sentence="")
+
+    monkeypatch.setattr(orbit_endings, "orbit_near", near)
+    assert orbit_beyond_loss(motion, lost, way, [], lambda: None) is None
+    for start, span in begun:
+        assert start == pytest.approx([4e-3, 2e-3], abs=1e-9) and span == pytest.approx(25.0)
+    assert len(begun) == 2
 
 
 def test_a_wide_range_is_searched_in_decades(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -90,13 +101,12 @@ def test_a_wide_range_is_searched_in_decades(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_the_nearest_fold_of_a_branch() -> None:
-    """From the saddle between both: at p = 0.1 the upper one, at -0.1 the lower; beyond it the parameter has passed it."""
+    """From the saddle between both: at p = 0.1 the upper one, at -0.1 the lower."""
     upper = nearest_fold(cubic(), np.array([-0.1, 0.0]), 0.1)
-    assert (upper.value, upper.way) == (pytest.approx(FOLD), 1) and upper.state[0] == pytest.approx(-(3**-0.5), abs=1e-6)
+    assert upper.parameter == pytest.approx(FOLD) and upper.x[0] == pytest.approx(-(3**-0.5), abs=1e-6)
     lower = nearest_fold(cubic(), np.array([0.1, 0.0]), -0.1)
-    assert (lower.value, lower.way, lower.fastest) == (pytest.approx(-FOLD), -1, pytest.approx(8.0))
-    after = nearest_fold(cubic(), np.array([1.2, 0.0]), 0.5)
-    assert (after.value, after.way) == (pytest.approx(FOLD), -1)
+    assert lower.parameter == pytest.approx(-FOLD) and lower.x[0] == pytest.approx(3**-0.5, abs=1e-6)
+    assert nearest_fold(cubic(), np.array([1.2, 0.0]), 0.5).parameter == pytest.approx(FOLD)
     with pytest.raises(RunError, match="the saddle has no fold over p"):
         nearest_fold(cubic().with_values({"q": -1.0}), np.array([0.0, 0.0]), 0.0)
 
@@ -232,9 +242,9 @@ def row_case(monkeypatch: pytest.MonkeyPatch, carried: Any, born: dict[float, An
     """A row whose folds are at -2 (outside), 0.2, 0.4; what is born beyond them; what branches are asked for."""
     asked = list[Any]()
 
-    def born_at(_m: Any, lost: Any, sentences: list[str], _w: Any) -> Any:
-        sentences.append(f"nothing at {lost.value}")
-        return born[lost.value]
+    def born_at(_m: Any, lost: Any, _way: int, sentences: list[str], _w: Any) -> Any:
+        sentences.append(f"nothing at {lost.parameter}")
+        return born[lost.parameter]
 
     def through(_: Any, seed: Any) -> Any:
         asked.append(seed)
@@ -242,7 +252,7 @@ def row_case(monkeypatch: pytest.MonkeyPatch, carried: Any, born: dict[float, An
 
     monkeypatch.setattr(RowCase, "seed_from_neighbour", lambda *_: carried)
     monkeypatch.setattr(RowCase, "row_through", through)
-    monkeypatch.setattr(state_rows, "lost_states", lambda _: [SimpleNamespace(value=v) for v in (-2.0, 0.2, 0.4)])
+    monkeypatch.setattr(state_rows, "lost_states", lambda _: [(SimpleNamespace(parameter=p), 1) for p in (-2.0, 0.2, 0.4)])
     monkeypatch.setattr(state_rows, "orbit_beyond_loss", born_at)
     motion: Any = SimpleNamespace(steady_branches=lambda: (), subject=SimpleNamespace(bounds=(-1.0, 1.0)))
     return RowCase(motion, "s", 7.0, lambda: None), asked

@@ -293,21 +293,7 @@ def _follow_at_second(
                 findings = findings.with_branch(branch, at, second)
                 yield findings
         for unknowns in search.points:
-            known_branches = findings.branches_at(second)
-            if (
-                findings.is_full(second)
-                or not case.includes(steady_states.kind(unknowns).name)
-                or lies_on(steady_states, known_branches, unknowns)
-            ):
-                continue
-            branch = work.unit(
-                f"branch from {unknowns.tolist()!r}", partial(result_or_reason, _branch_from, steady_states, unknowns, None)
-            )
-            # A state that is a special point may belong to a known branch and yet not be recognised on it.
-            if isinstance(branch, str) or not is_duplicate(steady_states, known_branches, branch):
-                findings = findings.with_branch(branch, at, second)
-                yield findings
-                findings = yield from _offshoots(case, findings, second, steady_states, branch, work)
+            findings = yield from _follow_state(case, findings, second, steady_states, unknowns, work)
     nominal = steady_states.nominal_value
     if second is None and steady_states.bounds[0] <= nominal <= steady_states.bounds[1]:
         work.report(_SEARCHING, "the nominal value")
@@ -317,21 +303,21 @@ def _follow_at_second(
     return findings
 
 
-def _offshoots(
-    case: BranchCase, findings: BranchFindings, second: float | None, steady_states: SteadyStates,
-    first: EquilibriumBranch | str, work: Work,
-) -> Stage:  # fmt: skip
-    """Follow the branches that cross a branch, and those that cross them."""
-    pending = [] if isinstance(first, str) else [*first.offshoots]
+def _follow_state(
+    case: BranchCase, findings: BranchFindings, second: float | None, steady_states: SteadyStates, first: np.ndarray, work: Work
+) -> Stage:
+    """Follow the branch through a state, the branches that cross it, and those that cross them."""
+    pending: list[tuple[np.ndarray, np.ndarray | None]] = [(first, None)]
     while pending and not findings.is_full(second):
         unknowns, towards = pending.pop(0)
         known_branches = findings.branches_at(second)
-        if lies_on(steady_states, known_branches, unknowns) or not case.includes(steady_states.kind(unknowns).name):
+        if not case.includes(steady_states.kind(unknowns).name) or lies_on(steady_states, known_branches, unknowns):
             continue
-        # Near the branch point where they cross, two branches cannot be distinguished: compare the whole branch.
-        branch = work.unit(
-            f"offshoot {unknowns.tolist()!r}", partial(result_or_reason, _branch_from, steady_states, unknowns, towards)
-        )
+        name = "branch from" if towards is None else "offshoot"
+        follow = partial(result_or_reason, _branch_from, steady_states, unknowns, towards)
+        branch = work.unit(f"{name} {unknowns.tolist()!r}", follow)
+        # A special point may belong to a known branch and yet not be recognised on it; and near the branch point where they
+        # cross, two branches cannot be distinguished: compare the whole branch.
         if isinstance(branch, str) or not is_duplicate(steady_states, known_branches, branch):
             findings = findings.with_branch(branch, f"{steady_states.path} = {float(unknowns[-1]):.6g}", second)
             yield findings

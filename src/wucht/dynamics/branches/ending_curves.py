@@ -120,9 +120,9 @@ def _limit(
     fold = nearest_fold(here.with_values({case.paths[along]: limit_value}), last.equilibria[0], value)
     winding = connections.winding
     whole = connections_of(here, case.paths, case.wider_ranges, connections.time, winding, (True,))
-    values = np.array([fold.value, *place])
+    values = np.array([fold.parameter, *place])
     values[along] = limit_value
-    short = saddle_node_of(whole, last, fold.state, values)
+    short = saddle_node_of(whole, last, fold.x, values)
     # Towards the end of the curve the orbit waits longer and longer elsewhere: its time must allow for that.
     whole = connections_of(here, case.paths, case.wider_ranges, _SPARE * connections.time, winding, (True,))
     return whole, prolong_at_saddle_node(whole, short)

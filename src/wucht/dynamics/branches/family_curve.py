@@ -9,7 +9,6 @@ exponents are those transverse to the family.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -76,27 +75,20 @@ class FamilyCurve:
     @cached_property
     def equilibria(self) -> EquilibriumContinuation:
         """Common speed over the parameter: (w, p) with sum tau_i(w, p) = 0."""
-        averaged_equilibria = self.averaged_equilibria
+        states = self.averaged_equilibria
+        machine, path, (low, high) = states.machine, states.path, states.bounds
         torques, prescribed_speed = (
-            averaged_equilibria.model_at(averaged_equilibria.machine.values[averaged_equilibria.path]).torques,
-            averaged_equilibria.averaged_equations.averaged_system.bodies.fixed_speed,
+            states.model_at(states.nominal_value).torques,
+            states.averaged_equations.averaged_system.bodies.fixed_speed,
         )
         rate = (
             sp.Add(*torques.shaft_torques) / float(torques.inertia.sum())
             if prescribed_speed is None
             else prescribed_speed - SPEED
         )
-        system = System((SPEED,), (rate,), averaged_equilibria.machine.structure.symbols)
-        scale = {
-            SPEED.name: averaged_equilibria.fastest,
-            averaged_equilibria.path: averaged_equilibria.bounds[1] - averaged_equilibria.bounds[0],
-        }
-        equations = EquilibriumEquations.from_system(
-            system, [averaged_equilibria.path], averaged_equilibria.machine.values, scale
-        )
-        return EquilibriumContinuation(
-            equations, averaged_equilibria.bounds, averaged_equilibria.equilibria.steps, {0: averaged_equilibria.limits}
-        )
+        system, scale = System((SPEED,), (rate,), machine.structure.symbols), {SPEED.name: states.fastest, path: high - low}
+        equations = EquilibriumEquations.from_system(system, [path], machine.values, scale)
+        return EquilibriumContinuation(equations, states.bounds, states.equilibria.steps, {0: states.limits})
 
     def follow_branch(self, state: State, value: float) -> EquilibriumBranch:
         """Follow the branch of the family to which a state at a value belongs. Raises ``RunError`` where that is impossible."""
@@ -110,8 +102,11 @@ class FamilyCurve:
                 k = {SOME_STABLE: sample.first, ALL_STABLE: sample.last}.get(kind, 0)
                 rows.append((self._point(speed, sample.phases[:, k], at), sample.exponents[k], kind, sample.share))
         unknowns, exponents, kinds, shares = zip(*rows, strict=True)
+        table = np.full((len(self.averaged_equilibria.names), len(rows)), np.nan, complex)
+        for i, column in enumerate(exponents):
+            table[: len(column), i] = column
         return EquilibriumBranch(
-            unknowns=np.array(unknowns).T, exponents=self._pad_exponents(exponents), kinds=kinds, ends=ends,
+            unknowns=np.array(unknowns).T, exponents=table, kinds=kinds, ends=ends,
             kind=Kind("compensating"), dimension=state.dimension, stable_share=shares,
         )  # fmt: skip
 
@@ -146,15 +141,6 @@ class FamilyCurve:
     def _point(self, speed: float, phases: np.ndarray, value: float) -> np.ndarray:
         return self.averaged_equilibria.point(State(speed, phases), value)
 
-    def _pad_exponents(self, exponents: Sequence[np.ndarray]) -> np.ndarray:
-        table = np.full((len(self.averaged_equilibria.names), len(exponents)), np.nan, complex)
-        for i, column in enumerate(exponents):
-            table[: len(column), i] = column
-        return table
-
-    def _limit_reason(self, unknowns: np.ndarray) -> str:
-        return self.averaged_equilibria.speed_limit_reason(bool(unknowns[0] <= self.averaged_equilibria.limits[0]))
-
     def _closes(self, value: float) -> bool:
         return self._polygon(value) is not None
 
@@ -187,7 +173,12 @@ class FamilyCurve:
             first -= 1
         while last + 1 < len(points) and self._closes(points[last + 1].parameter):
             last += 1
-        ends = list(describe_ends(self.equilibria, branch, self.averaged_equilibria.path, self._limit_reason))
+        states = self.averaged_equilibria
+
+        def limit_reason(unknowns: np.ndarray) -> str:
+            return states.speed_limit_reason(bool(unknowns[0] <= states.limits[0]))
+
+        ends = list(describe_ends(self.equilibria, branch, states.path, limit_reason))
         kept_points = points[first : last + 1]
         if first > 0:
             kept_points.insert(0, self._last_closing_point(points[first], points[first - 1]))

@@ -126,9 +126,9 @@ class RowCase:
         """Follow the branch of modulated motions. near: that at a neighbouring value."""
         sentences, (low, high) = list[str](), self.motion.subject.bounds
         seed = self.seed_from_neighbour(near)
-        for loss in lost_states(self.motion.steady_branches()) if seed is None else ():
-            if seed is None and low < loss.value < high:
-                seed = orbit_beyond_loss(self.motion, loss, sentences, self.report)
+        for point, way in lost_states(self.motion.steady_branches()) if seed is None else ():
+            if seed is None and low < point.parameter < high:
+                seed = orbit_beyond_loss(self.motion, point, way, sentences, self.report)
         if seed is None:
             return "; ".join(dict.fromkeys(sentences)) or "no stable steady state is lost there"
         return self.row_through(seed)
