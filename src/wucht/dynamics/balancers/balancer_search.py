@@ -170,16 +170,17 @@ class BalancerSearch:
         )
         return np.asarray(evaluation.is_allowed & ~more)
 
+    def _eligible_candidates(self, evaluations: Evaluations, as_it_is: BalancerCandidate) -> list[BalancerCandidate]:
+        return [
+            BalancerCandidate(count, evaluation.numbers[k], evaluation.pick(k))
+            for count, evaluation in evaluations
+            for k in np.flatnonzero(self.eligible(evaluation, as_it_is)).tolist()
+        ]
+
     def front(self, evaluations: Evaluations, as_it_is: BalancerCandidate) -> tuple[list[BalancerCandidate], int]:
         """Return the front of all candidates, thinned evenly to the points to be checked, and its number of points."""
-        columns = list(self.objectives)
-        points = [
-            BalancerCandidate(count, evaluation.numbers[i], evaluation.pick(i))
-            for count, evaluation in evaluations
-            for i in np.flatnonzero(
-                self.eligible(evaluation, as_it_is) & np.isfinite(evaluation.objectives[:, columns]).all(axis=1)
-            ).tolist()
-        ]
+        columns, candidates = list(self.objectives), self._eligible_candidates(evaluations, as_it_is)
+        points = [c for c in candidates if np.isfinite(c.objectives[columns]).all()]
         if not points:
             return [], 0
         objectives = np.array([p.objectives[columns] for p in points])
@@ -234,17 +235,13 @@ class BalancerSearch:
     def _luckiest(self, evaluations: Evaluations, as_it_is: BalancerCandidate) -> list[Design]:
         """Return the best candidates by the search: the fewest failing runs, then the settling time, then the number of
         bodies."""
-        candidates = [
-            BalancerCandidate(count, evaluation.numbers[k], evaluation.pick(k))
-            for count, evaluation in evaluations
-            for k in np.flatnonzero(self.eligible(evaluation, as_it_is)).tolist()
-        ]
 
         def order(candidate: BalancerCandidate) -> tuple[float, float, int]:
             settling_time = float(candidate.objectives[SETTLING])
             return candidate.most_failing, settling_time if np.isfinite(settling_time) else np.inf, candidate.bodies
 
-        return [candidate.design for candidate in sorted(candidates, key=order)[:_ENTRANTS]]
+        candidates = sorted(self._eligible_candidates(evaluations, as_it_is), key=order)
+        return [candidate.design for candidate in candidates[:_ENTRANTS]]
 
     def recommend(
         self,
@@ -257,9 +254,9 @@ class BalancerSearch:
         """Choose among the machine as it is, the checked points, the best of the search, those of the curve, and neighbours."""
         (dampings, beside), present = self.best_dampings(curve), self.present
         checks = {present: as_it_is.check} | {p.design: p.check for p in front}
-        known = {design: check for design, check in checks.items() if check is not None}
+        results = {design: check for design, check in checks.items() if check is not None}
         entrants, samples = self._luckiest(evaluations, as_it_is), self.as_it_is.samples
-        return recommend(self.groups, known, entrants, dampings, present, beside, samples, work)
+        return recommend(self.groups, results, entrants, dampings, present, beside, samples, work)
 
     def evaluate_recommended(
         self, recommendation: Recommendation, front: Sequence[BalancerCandidate], work: Work

@@ -93,9 +93,13 @@ class Recommendation:
 
 
 def _evaluation(
-    trials: Mapping[str, BalancerTrials], samples: int, stream: int, work: Work, known: dict[Design, CandidateResults]
+    trials: Mapping[str, BalancerTrials],
+    samples: int,
+    stream: int,
+    work: Work,
+    results_by_design: dict[Design, CandidateResults],
 ) -> Callable[[Sequence[Design]], Scores]:
-    """Return a function that evaluates candidates on the same runs. known: the results of such runs, to which it adds."""
+    """Return a function that evaluates candidates on the same runs. results_by_design: of such runs, to which it adds."""
     fresh = {group: replace(t, samples=samples, stream=stream) for group, t in trials.items()}
     calls = 0
 
@@ -103,15 +107,17 @@ def _evaluation(
         nonlocal calls
         calls += 1
         part = work.part(f"{samples} runs ", 1 - 0.5 ** (calls - 1), 1 - 0.5**calls)
-        batches = {f"{b[0].group} {b[0].numbers}": b for b in _batches([d for d in designs if d not in known], samples)}
+        batches = {
+            f"{b[0].group} {b[0].numbers}": b for b in _batches([d for d in designs if d not in results_by_design], samples)
+        }
         tasks = {
             name: partial(evaluate_batch, fresh[b[0].group], "full", np.array([d.numbers for d in b]).reshape(len(b), -1))
             for name, b in batches.items()
         }
         for name, results in part.units(tasks, "comparison on fresh runs"):
-            known.update((design, results.pick(k)) for k, design in enumerate(batches[name]))
-        outcome = np.concatenate([known[d].outcome for d in designs])
-        return Scores(np.concatenate([known[d].times for d in designs]), outcome != _COMPENSATED_INDEX)
+            results_by_design.update((design, results.pick(k)) for k, design in enumerate(batches[name]))
+        outcome = np.concatenate([results_by_design[d].outcome for d in designs])
+        return Scores(np.concatenate([results_by_design[d].times for d in designs]), outcome != _COMPENSATED_INDEX)
 
     return evaluate
 
@@ -162,8 +168,8 @@ def recommend(
         return [d for _, designs in _lines(trials[design.group], design, (step,)) for d in designs]
 
     race = _evaluation(trials, _RACE_SAMPLES * samples, _RACE_STREAM, work.part("race ", 0.0, 0.4), {})
-    known = dict(checks)
-    check = _evaluation(trials, CHECK_SAMPLES * samples, CHECK_STREAM, work.part("check ", 0.4, 0.8), known)
+    results_by_design = dict(checks)
+    check = _evaluation(trials, CHECK_SAMPLES * samples, CHECK_STREAM, work.part("check ", 0.4, 0.8), results_by_design)
     ranking = Contest.of(list(checks), check).ranking
     first = Contest.of([*ranking[:_RIVALS], *entrants, *curve_optima, present], race)
     summit = first.climb(neighbours, _STEPS, race)
@@ -180,7 +186,7 @@ def recommend(
     against = None if beside is None else final.with_candidates([beside], check)
     work.report(1.0)
     return Recommendation(
-        chosen, chosen == present, final, known[chosen].outcomes[0], tuple(neighbours(final.best, _STEPS[-1])),
+        chosen, chosen == present, final, results_by_design[chosen].outcomes[0], tuple(neighbours(final.best, _STEPS[-1])),
         _cliff(trials[chosen.group], chosen, sides, line), line, against, duel,
     )  # fmt: skip
 

@@ -174,20 +174,17 @@ def reached_motions(
     motion: ModulatedMotion, values: Sequence[float], second: float, report: Heartbeat
 ) -> tuple[ReachedMotions, ...]:
     """Return the motions that runs reach at values of the first parameter. motion: at the value of the second one."""
-    spread = motion.starts(_RUNS - 1)
-    return tuple(_motions_at(motion.whole, spread, value, second, report) for value in values)
-
-
-def _motions_at(subject: OrbitProblem, spread: np.ndarray, value: float, second: float, report: Heartbeat) -> ReachedMotions:
+    spread, reached = motion.starts(_RUNS - 1), list[ReachedMotions]()
     beside = _BESIDE * np.ptp(spread, axis=0)  # the given start may be an unstable steady state
-    starts = [np.asarray(subject.initial(value), float) + beside, *spread]
-    steady, unsettled_runs, orbits = 0, 0, list[SeedOrbit]()
-    for start in starts:
-        run = orbit_near(subject, value, start, report)
-        steady, unsettled_runs = steady + run.is_steady, unsettled_runs + (run.orbit is None and not run.is_steady)
-        if run.orbit is not None and not any(is_same_orbit(run.orbit, orbit) for orbit in orbits):
-            orbits.append(run.orbit)
-    return ReachedMotions(value, second, len(starts), steady, tuple(orbits), unsettled_runs)
+    for value in values:
+        starts = [np.asarray(motion.whole.initial(value), float) + beside, *spread]
+        runs, orbits = [orbit_near(motion.whole, value, start, report) for start in starts], list[SeedOrbit]()
+        for orbit in (run.orbit for run in runs if run.orbit is not None):
+            if not any(is_same_orbit(orbit, known_orbit) for known_orbit in orbits):
+                orbits.append(orbit)
+        steady, unsettled_runs = sum(r.is_steady for r in runs), sum(r.orbit is None and not r.is_steady for r in runs)
+        reached.append(ReachedMotions(value, second, len(runs), steady, tuple(orbits), unsettled_runs))
+    return tuple(reached)
 
 
 def is_same_orbit(a: SeedOrbit, b: SeedOrbit) -> bool:

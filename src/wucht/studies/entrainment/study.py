@@ -16,7 +16,7 @@ from wucht.dynamics.entrainment.locked_motions import LockedMotion, LockedMotion
 from wucht.dynamics.entrainment.runs_from_start import CaptureBand, RunFromStart, RunsFromStart, capture_band, senses_of
 from wucht.dynamics.parameters import range_of
 from wucht.dynamics.verdicts.outcomes import Outcome
-from wucht.dynamics.work import Work
+from wucht.dynamics.work import Work, result_or_reason
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.numerics.angles import wrap_angle
@@ -112,7 +112,8 @@ class Entrainment(Study):
         if entrained_runs:
             nearest = min(entrained_runs, key=lambda r: abs(r.value - nominal_value))
             motion_solver = LockedMotions(case, senses, nearest.end_time)
-            seed = work.unit("locked motion", partial(motion_solver.at_end_of, nearest))
+            at_end = partial(motion_solver.motion, nearest.value, nearest.end_state, abs(nearest.mean_speed))
+            seed = work.unit("locked motion", partial(result_or_reason, at_end))
             if isinstance(seed, str):
                 fill = partial(fill, no_motion=f"at {case.parameter.name} = {nearest.value:.6g}: {seed}")
             else:

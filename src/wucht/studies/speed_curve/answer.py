@@ -7,10 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import sympy as sp
 
-from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings
+from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings, special_points
 from wucht.dynamics.branches.equilibrium_branches import ALL_STABLE, SOME_STABLE, EquilibriumBranch, StabilityLevel
 from wucht.dynamics.branches.family_curve import SAMPLED_MEMBERS
-from wucht.dynamics.branches.special_points import special_points
 from wucht.schema import Parameter
 from wucht.studies.answer import Answer
 from wucht.studies.motion_variables import join_arrays, state_steady_points

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings, NominalState
+from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings, NominalState, special_points
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
-from wucht.dynamics.branches.special_points import special_points
 from wucht.dynamics.branches.steady_states import Kind, StatesAtValue
 from wucht.files.user_system import UserSystem
 
