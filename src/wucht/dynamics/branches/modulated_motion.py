@@ -174,7 +174,7 @@ def reached_motions(
     motion: ModulatedMotion, values: Sequence[float], second: float, report: Heartbeat
 ) -> tuple[ReachedMotions, ...]:
     """Return the motions that runs reach at values of the first parameter. motion: at the value of the second one."""
-    spread, reached = motion.starts(_RUNS - 1), list[ReachedMotions]()
+    spread, all_motions = motion.starts(_RUNS - 1), list[ReachedMotions]()
     beside = _BESIDE * np.ptp(spread, axis=0)  # the given start may be an unstable steady state
     for value in values:
         starts = [np.asarray(motion.whole.initial(value), float) + beside, *spread]
@@ -183,8 +183,8 @@ def reached_motions(
             if not any(is_same_orbit(orbit, known_orbit) for known_orbit in orbits):
                 orbits.append(orbit)
         steady, unsettled_runs = sum(r.is_steady for r in runs), sum(r.orbit is None and not r.is_steady for r in runs)
-        reached.append(ReachedMotions(value, second, len(runs), steady, tuple(orbits), unsettled_runs))
-    return tuple(reached)
+        all_motions.append(ReachedMotions(value, second, len(runs), steady, tuple(orbits), unsettled_runs))
+    return tuple(all_motions)
 
 
 def is_same_orbit(a: SeedOrbit, b: SeedOrbit) -> bool:

@@ -157,10 +157,9 @@ def state_special_points(
     states = [case.states_by_second_value[b.second] for b in of_branches]
     seconds, kinds = [b.second for b in of_branches], [branches[k].kinds[i] for k, i in points]
     unknowns, frequencies = [branches[k].unknowns[:, i] for k, i in points], [branches[k].frequency(i) for k, i in points]
-    exact_speeds, amplitudes = (
-        [float(of_states(b.unknowns)[i]) for of_states, b, (_, i) in zip(methods, of_branches, points, strict=True)]
-        for methods in ([s.ordinate for s in states], [s.amplitude for s in states])
-    )
+    places = list(zip(states, of_branches, points, strict=True))
+    exact_speeds = [float(s.ordinate(b.unknowns)[i]) for s, b, (_, i) in places]
+    amplitudes = [float(s.amplitude(b.unknowns)[i]) for s, b, (_, i) in places]
     values = [significant_value(float(u[-1]), case.steady_states.bounds) for u in unknowns]
     speeds = [_round_ordinate(s, speed) for s, speed in zip(states, exact_speeds, strict=True)]
     frequency_unit = f"rad{labels.rate.removeprefix('1')}" if labels.rate else ""
