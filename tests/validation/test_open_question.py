@@ -25,7 +25,7 @@ from wucht import StabilityMap, run
 from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.sections import section_of
 from wucht.dynamics.branches.ending_curves import BOTH_VANISH, RETURNS, TO_SADDLE, curves_between
-from wucht.dynamics.branches.ending_map import EndingMapCase
+from wucht.dynamics.branches.ending_map_case import EndingMapCase
 from wucht.dynamics.branches.orbit_endings import OrbitEnding, ending_at
 from wucht.files.catalogue import load_machine
 from wucht.numerics.continuation.equations import EquilibriumEquations

@@ -5,8 +5,6 @@ from .branches.bifurcation_diagram import follow_branches as follow_branches
 from .branches.orbit_diagram import OrbitCase as OrbitCase
 from .branches.orbit_diagram import OrbitFindings as OrbitFindings
 from .branches.orbit_diagram import follow_orbits as follow_orbits
-from .branches.orbit_problem import OrbitSettings as OrbitSettings
-from .branches.steady_states import BranchSettings as BranchSettings
 from .run_ups.horizon import RunSettings as RunSettings
 from .run_ups.initial_state import initial_state as initial_state
 from .run_ups.run_up import Motion as Motion

@@ -24,7 +24,7 @@ from wucht.schema import Parameter, full_name
 
 if TYPE_CHECKING:
     from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
-    from wucht.dynamics.branches.steady_states import Labels, Ordinates
+    from wucht.dynamics.branches.steady_states import Labels, SteadyStates
     from wucht.studies.answer import Answer, Column
 
 VALUES = ("value", "second_value")  # columns with the values of parameters, whatever these are called
@@ -247,19 +247,20 @@ def parameter_columns(*parameters: tuple[Parameter, Sequence[float | None]]) -> 
 
 
 def state_steady_points(
-    a: Answer, dimension: str, before: str, branches: Sequence[EquilibriumBranch], ordinates: Sequence[Ordinates],
+    a: Answer, dimension: str, before: str, branches: Sequence[EquilibriumBranch], steady_states: Sequence[SteadyStates],
     along: Parameter, labels: Labels,
 ) -> None:  # fmt: skip
     """State the points on branches of steady states.
 
-    before: prefix of the names of variables. ordinates: of each branch. labels: names and units of the ordinates; user
+    before: prefix of the names of variables. steady_states: of each branch. labels: names and units of the ordinates; user
     equations have neither speed nor amplitude.
     """
     numbers = np.repeat(np.arange(len(branches)), [b.unknowns.shape[1] for b in branches])
     a.curve(f"{before}value", join_arrays([b.parameter_values for b in branches]), along.full_name, along.unit, dimension)
     if not labels.of_equations:
-        amplitudes = join_arrays([s.amplitude for s in ordinates])
-        a.curve(f"{before}speed", join_arrays([s.speed for s in ordinates]), labels.ordinate, labels.unit, dimension)
+        speeds = join_arrays([s.ordinate(b.unknowns) for s, b in zip(steady_states, branches, strict=True)])
+        amplitudes = join_arrays([s.amplitude(b.unknowns) for s, b in zip(steady_states, branches, strict=True)])
+        a.curve(f"{before}speed", speeds, labels.ordinate, labels.unit, dimension)
         a.curve(f"{before}amplitude", amplitudes, "amplitude of the axis", labels.length, dimension)
     stable = join_arrays([b.stable for b in branches])
     a.curve(f"{before}stable", stable.astype(np.int8), "stable", "", dimension)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ DAMPINGS = np.array([0.1, 0.2, 0.3, 0.4])
 def curve(settling: list[float], captured: list[float]) -> float:
     objectives = np.column_stack([settling, np.zeros(4), np.zeros(4), captured])
     nothing = np.zeros(4)
-    seen = CandidateResults(DAMPINGS[:, None], objectives, nothing, nothing[:, None], nothing > -1)
+    seen = replace(CandidateResults.unknown(4, 1, 1), numbers=DAMPINGS[:, None], objectives=objectives)
     return damping_curve(DAMPINGS, seen, (nothing, 0.25)).optimum
 
 

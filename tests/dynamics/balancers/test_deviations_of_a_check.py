@@ -7,14 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wucht.dynamics.balancers.balancer_candidate import BalancerCandidate, FullCheck
-from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, CandidateResults, SettlingRuns
-from wucht.dynamics.verdicts.outcomes import OUTCOMES
+from wucht.dynamics.balancers.balancer_candidate import BalancerCandidate
+from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, CandidateResults
 
-SEARCH = CandidateResults(
-    np.zeros((1, 1)), np.array([[10.0, 0.0, 1e-3, 0.0]]), np.array([0.4]), np.zeros((1, len(OUTCOMES))), np.ones(1, bool)
-)
-RUNS = SettlingRuns(np.zeros((1, 32)), np.zeros((1, 32), np.int8))
+SEARCH = replace(CandidateResults.unknown(1, 1, 8), objectives=np.array([[10.0, 0.0, 1e-3, 0.0]]), error=np.array([0.4]))
 
 
 @pytest.mark.parametrize(
@@ -32,7 +28,6 @@ def test_chance_explains_some_of_the_difference(column: int, within: float, beyo
     for seen, is_off in ((within, False), (beyond, True), (np.nan, True)):
         objectives = SEARCH.objectives.copy()
         objectives[0, column] = seen
-        evaluation = replace(SEARCH, objectives=objectives, error=np.array([0.3]))
-        check = FullCheck(evaluation, RUNS, float(objectives[0, RESIDUAL]))
+        check = replace(SEARCH, objectives=objectives, error=np.array([0.3]))
         off = BalancerCandidate(2, np.zeros(1), SEARCH, check).deviations(8e-3, 8) > 1
         assert off.tolist() == [is_off and k == column for k in range(4)]

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from wucht.dynamics.balancers.recommendation import BalancerMerit, motor_sets, motor_time
+from wucht.dynamics.balancers.balancer_candidate import BalancerCandidate
+from wucht.dynamics.balancers.candidates import CandidateResults
+from wucht.dynamics.balancers.recommendation import failing_shares, motor_sets, motor_time
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.run_up import run_to_end
-from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
+from wucht.dynamics.verdicts.outcomes import OUTCOMES
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 
@@ -20,19 +23,17 @@ def outcomes(**shares: float) -> np.ndarray:
     return np.array([shares.get(str(o).replace("-", "_"), 0.0) for o in OUTCOMES])
 
 
-def merit(compensated: float, time: float = 10.0, bodies: int = 2, **more: float) -> BalancerMerit:
-    return BalancerMerit.of(bodies, time, outcomes(compensated=compensated, **more))
-
-
 def test_what_fails() -> None:
     """All that is not compensated; runs without a verdict perhaps."""
-    of = merit(0.75, passed=0.125, unidentified=0.0625, failed=0.0625)
-    assert (of.failing_share, of.most_failing) == (0.125, 0.25)
+    assert failing_shares(outcomes(compensated=0.75, passed=0.125, unidentified=0.0625, failed=0.0625)) == (0.125, 0.25)
+    assert failing_shares(outcomes(compensated=1.0)) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize(("compensated", "balances"), [(0.5, False), (0.5625, True)])
 def test_a_balancer_balances_more_than_half_of_its_runs(compensated: float, balances: bool) -> None:
-    assert merit(compensated, passed=1 - compensated).balances is balances
+    shares = outcomes(compensated=compensated, passed=1 - compensated)
+    results = replace(CandidateResults.unknown(1, 1, 16), outcomes=shares[None])
+    assert BalancerCandidate(2, np.zeros(1), results).balances is balances
 
 
 def machine(**more: Any) -> Machine:
@@ -77,7 +78,3 @@ def test_a_schedule_and_a_prescribed_speed() -> None:
 )
 def test_when_the_motor_sets_the_settling_time(time: float, settling: float | None, sets: bool) -> None:
     assert motor_sets(time, settling) is sets
-
-
-def test_outcomes_that_count() -> None:
-    assert merit(1.0) == merit(1.0, passed=0.0) and str(Outcome.COMPENSATED) == "compensated"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -81,6 +82,9 @@ def test_each_run_has_the_values_of_its_candidate(monkeypatch: pytest.MonkeyPatc
     assert found.error == pytest.approx(
         [normal * math.sqrt(1.25) / 2, math.nan, normal * np.std([6.0, 7.0, 8.0]) / math.sqrt(3)], nan_ok=True
     )
+    assert found.times.tolist() == [[1.0, 2.0, 3.0, 4.0], [np.inf] * 4, [8.0, np.inf, 6.0, 7.0]]
+    assert found.outcome[[0, 2]].tolist() == [[PASSED] * 4, [PASSED, CAPTURED, PASSED, PASSED]]
+    assert (found.outcome[1] == OUTCOMES.index(Outcome.FAILED)).all()
     picked = found.pick(2)
     assert (picked.numbers.tolist(), picked.error.tolist()) == ([[0.04]], [found.error[2]])
     assert CandidateResults.join([picked, found]).numbers.ravel().tolist() == [0.04, 0.1, -1.0, 0.04]
@@ -89,7 +93,7 @@ def test_each_run_has_the_values_of_its_candidate(monkeypatch: pytest.MonkeyPatc
 def test_candidates_come_back_in_their_order(monkeypatch: pytest.MonkeyPatch) -> None:
     def batch(_: Any, model: str, rows: np.ndarray, report: Any) -> CandidateResults:
         n = len(rows)
-        return CandidateResults(rows, np.tile(rows, 4), rows[:, 0], np.zeros((n, len(OUTCOMES))), np.ones(n, bool))
+        return replace(CandidateResults.unknown(n, 1, SAMPLES), numbers=rows, error=rows[:, 0])
 
     monkeypatch.setattr(candidates, "evaluate_batch", batch)
     numbers = np.arange(35.0)[:, None]
@@ -101,7 +105,7 @@ def test_shares_of_runs_that_are_captured_and_open() -> None:
     shares[0, [OUTCOMES.index(o) for o in RESONANCE_PASSED]] = 0.125
     shares[0, [OUTCOMES.index(o) for o in OPEN_OUTCOMES]] = 0.0625
     passed, undecided = 0.125 * len(RESONANCE_PASSED), 0.0625 * len(OPEN_OUTCOMES)
-    of = CandidateResults(np.zeros((1, 1)), np.zeros((1, 4)), np.zeros(1), shares, np.ones(1, bool))
+    of = replace(CandidateResults.unknown(1, 1, SAMPLES), outcomes=shares)
     assert of.undecided_share == pytest.approx([undecided])
     assert of.captured_share == pytest.approx([max(1 - passed - undecided, 0.0)])
 
@@ -178,8 +182,8 @@ def test_states_above_their_resonance(monkeypatch: pytest.MonkeyPatch, speed: fl
 def test_the_curve_over_the_damping() -> None:
     """Where fewer runs pass its settling times are drawn, but are not the shortest."""
     objectives = np.column_stack([[1.0, 3.0, 4.0], np.zeros(3), np.zeros(3), [0.5, 0.25, 0.25]])
-    nothing, dampings = np.zeros(3), np.array([0.1, 0.2, 0.3])
-    results = CandidateResults(dampings[:, None], objectives, nothing, nothing[:, None], nothing > -1)
+    dampings = np.array([0.1, 0.2, 0.3])
+    results = replace(CandidateResults.unknown(3, 1, SAMPLES), numbers=dampings[:, None], objectives=objectives)
     curve = damping_curve(dampings, results, (np.array([7.0, 8.0, 9.0]), 0.25))
     assert (curve.settling_time.tolist(), curve.share_through.tolist()) == ([1.0, 3.0, 4.0], [0.5, 0.75, 0.75])
     assert (curve.rate.tolist(), curve.optimum, curve.rate_optimum) == ([7.0, 8.0, 9.0], 0.2, 0.25)
@@ -206,5 +210,5 @@ def test_a_median_settling_time() -> None:
 
 def test_the_first_of_several_candidates_is_picked_alone() -> None:
     numbers = np.array([[1.0], [2.0], [3.0]])
-    results = CandidateResults(numbers, np.tile(numbers, 4), numbers[:, 0], np.zeros((3, len(OUTCOMES))), np.ones(3, bool))
+    results = replace(CandidateResults.unknown(3, 1, SAMPLES), numbers=numbers)
     assert [results.pick(k).numbers.tolist() for k in range(3)] == [[[1.0]], [[2.0]], [[3.0]]]

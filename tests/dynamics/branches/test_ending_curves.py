@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
 from typing import Any
@@ -13,26 +14,27 @@ from scipy.integrate import solve_ivp
 import wucht
 from known_connections import BETWEEN, GOMPERTZ
 from wucht.dynamics.branches import ending_curves
-from wucht.dynamics.branches.ending_curves import BOTH_VANISH, RETURNS, TO_SADDLE, ParameterPlane
+from wucht.dynamics.branches.ending_curves import BOTH_VANISH, RETURNS, TO_SADDLE
+from wucht.dynamics.branches.ending_map_case import EndingMapCase
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion
 from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding
-from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.plane_regions import DOUBLE, PlaneCurve, PlanePoint
-from wucht.dynamics.branches.steady_states import BranchSettings, SystemEquilibria
+from wucht.dynamics.branches.steady_states import SystemEquilibria
 from wucht.errors import RunError
 from wucht.numerics.periodic.connection import Connection
 from wucht.numerics.periodic.connection_starts import Wait
 
 SPACE = {"x": (-1.0, 2.0), "y": (-1.0, 1.0)}
 EQUATIONS = wucht.UserSystem(BETWEEN, {"p": 0.0, "mu": 0.0, "r": 0.0})
-PLANE = ParameterPlane(("p", "mu", "r"), ((-0.2, 0.2), (-0.3, 0.3), (-0.1, 0.1)))
+PATHS, PLANE_RANGES = ("p", "mu", "r"), ((-0.2, 0.2), (-0.3, 0.3), (-0.1, 0.1))
 NO_END = OrbitEnd("", 0.0, "")
 
 
 @cache
-def motion() -> ModulatedMotion:
-    states = SystemEquilibria.of(EQUATIONS, "p", PLANE.bounds[0], BranchSettings(ranges=SPACE))
-    return ModulatedMotion.of(EQUATIONS, "p", PLANE.bounds[0], OrbitSettings(ranges=SPACE), states)
+def case() -> EndingMapCase:
+    states = SystemEquilibria.of(EQUATIONS, "p", PLANE_RANGES[0], SPACE)
+    motion = ModulatedMotion.of(EQUATIONS, "p", PLANE_RANGES[0], states, ranges=SPACE)
+    return EndingMapCase(PATHS, PLANE_RANGES, motion, 2, states.labels)
 
 
 @cache
@@ -52,8 +54,8 @@ def double() -> Connection:
         parameter_values=np.array([p, mu, r]),
         equilibria=np.array([[1.0, 0.0]]),
     )
-    one = ending_curves._connections(motion(), PLANE, time, (True, False))
-    found = ending_curves._double_connection(motion(), PLANE, one, waits)
+    one = ending_curves._connections(case(), time, (True, False))
+    found = ending_curves._double_connection(case(), one, waits)
     assert found is not None
     return found
 
@@ -70,7 +72,7 @@ def test_the_connection_of_two_saddle_nodes_from_an_orbit_that_waits() -> None:
 def test_the_curves_that_begin_there() -> None:
     """Both pairs vanish where p = r = 0; the saddle is at y = sqrt(-r), and reached where mu = y/(e E1(1)) + O(y^2)."""
     lost, watched = list[str](), list[str]()
-    point, curves = ending_curves._from_double(motion(), PLANE, double(), lost, watched.append)
+    point, curves = ending_curves._from_double(case(), double(), lost, watched.append)
     assert (point.kind, lost) == (DOUBLE, [])
     assert (point.x, point.y, point.value) == pytest.approx((0.0, 0.0, 0.0), abs=1e-8)
     assert [c.kind for c in curves] == [TO_SADDLE, BOTH_VANISH, BOTH_VANISH]
@@ -101,7 +103,7 @@ def test_the_curve_to_a_saddle_is_one_from_the_double_point_on(monkeypatch: pyte
         third = SimpleNamespace(walk=walk, backwards=lambda _: "back")
         monkeypatch.setattr(ending_curves, "_connections", lambda *_, third=third: third)
         monkeypatch.setattr(ending_curves, "saddle_node_to_saddle", lambda *_: first)
-        _, (curve, *_) = ending_curves._from_double(motion(), PLANE, double(), [], lambda _: None)
+        _, (curve, *_) = ending_curves._from_double(case(), double(), [], lambda _: None)
         np.testing.assert_allclose(curve.x, [0.0, 0.004, 0.008, 0.01, 0.02, 0.03], atol=1e-8)
         ways = {"here": ways["back"], "back": ways["here"]}
 
@@ -115,10 +117,10 @@ def test_where_none_is_next_to_it_the_others_are_followed_all_the_same(monkeypat
 
     lost = list[str]()
     monkeypatch.setattr(ending_curves, "saddle_node_to_saddle", none)
-    _, curves = ending_curves._from_double(motion(), PLANE, double(), lost, lambda _: None)
+    _, curves = ending_curves._from_double(case(), double(), lost, lambda _: None)
     assert [c.kind for c in curves] == [BOTH_VANISH, BOTH_VANISH] and lost == ["no saddle next to it"]
     monkeypatch.setattr(ending_curves.FoldPairs, "walk", lost_pairs)
-    _, curves = ending_curves._from_double(motion(), PLANE, double(), lost, lambda _: None)
+    _, curves = ending_curves._from_double(case(), double(), lost, lambda _: None)
     assert curves == [] and lost[2:] == ["the curve at which both pairs vanish at once is not followed: singular"] * 2
 
 
@@ -141,7 +143,7 @@ def test_a_connection_that_changes_with_the_time_is_none(monkeypatch: pytest.Mon
     monkeypatch.setattr(ending_curves, "FoldPairs", lambda *_: SimpleNamespace(nearest_pair=nearest_pair))
     times = list[float]()
 
-    def connections(_: Any, __: Any, time: float, folds: Any) -> Any:
+    def connections(_: Any, time: float, folds: Any) -> Any:
         times.append(time)
         return SimpleNamespace(start=started, time=time)
 
@@ -157,15 +159,15 @@ def test_a_connection_that_changes_with_the_time_is_none(monkeypatch: pytest.Mon
         ending_curves, "prolong_at_saddle_node",
         longer,
     )  # fmt: skip
-    found = ending_curves._double_connection(motion(), PLANE, at, place)
+    found = ending_curves._double_connection(case(), at, place)
     assert found is not None and found.time == 27.0 and times == [2.0, 3.0, 9.0, 27.0]
     assert given == [([0.7, 0.0], [2 * np.pi, 0.0]), ([[0.0, 1.0], [2.0, 3.0]], [4.0, 5.0, 6.0])]
     times.clear()
-    assert ending_curves._double_connection(motion(), PLANE, at, place) is None and len(times) == 9
+    assert ending_curves._double_connection(case(), at, place) is None and len(times) == 9
     monkeypatch.setattr(ending_curves, "prolong_at_saddle_node", lambda *_: (_ for _ in ()).throw(RunError("")))
-    assert ending_curves._double_connection(motion(), PLANE, at, place) is None
+    assert ending_curves._double_connection(case(), at, place) is None
     monkeypatch.setattr(ending_curves, "longest_wait", lambda *_: None)
-    assert ending_curves._double_connection(motion(), PLANE, at, place) is None
+    assert ending_curves._double_connection(case(), at, place) is None
 
 
 def connection(mu: float, r: float = 0.0) -> Any:
@@ -197,7 +199,7 @@ def returning(
     monkeypatch.setattr(ending_curves, "longest_wait", waiting)
     monkeypatch.setattr(ending_curves, "_double_connection", lambda *_: next(double_ones))
     connections: Any = SimpleNamespace(walk=lambda _: Walked(points, end))
-    half, found, why = ending_curves._returning_curve(motion(), PLANE, connections, points[0], lambda _: None, looks)
+    half, found, why = ending_curves._returning_curve(case(), connections, points[0], lambda _: None, looks)
     assert half == points[: len(half)]
     return len(half), found, why, len(looked)
 
@@ -232,21 +234,21 @@ def table(*columns: tuple[float, float, float]) -> np.ndarray:
 def test_a_curve_is_cut_at_the_edges_of_the_plane() -> None:
     """At the first edge that is passed: from (0.2, 0.08) to (0.5, 0.2) that is r = 0.1, a sixth of the way."""
     made = ending_curves._curve(
-        PLANE, RETURNS, table((9, -0.5, 0.0), (8, -0.1, 0.0), (7, 0.2, 0.08), (1, 0.5, 0.2), (0, 0.6, 0.3))
+        case(), RETURNS, table((9, -0.5, 0.0), (8, -0.1, 0.0), (7, 0.2, 0.08), (1, 0.5, 0.2), (0, 0.6, 0.3))
     )
     assert made is not None and made.kind == RETURNS
     np.testing.assert_allclose(made.x, [-0.3, -0.1, 0.2, 0.25], atol=1e-12)
     np.testing.assert_allclose(made.y, [0.0, 0.0, 0.08, 0.1], atol=1e-12)
     np.testing.assert_allclose(made.value, [8.5, 8.0, 7.0, 6.0], atol=1e-12)
-    assert ending_curves._curve(PLANE, RETURNS, table((0, 0.4, 0.0), (0, 0.5, 0.0))) is None
-    whole = ending_curves._curve(PLANE, RETURNS, table((0, 0.1, 0.0), (1, 0.2, 0.01)))
+    assert ending_curves._curve(case(), RETURNS, table((0, 0.4, 0.0), (0, 0.5, 0.0))) is None
+    whole = ending_curves._curve(case(), RETURNS, table((0, 0.1, 0.0), (1, 0.2, 0.01)))
     assert whole is not None and whole.x.tolist() == [0.1, 0.2]
 
 
 def test_curves_are_followed_beyond_the_plane_on_the_same_side_of_zero() -> None:
     """Half its width; down to a tenth of a lower end that is positive, at least."""
-    plane = ParameterPlane(("p", "x", "y"), ((0.0, 1.0), (1.0, 3.0), (4.0, 5.0)))
-    assert plane.wider_bounds == ((0.0, 1.0), (0.1, 4.0), (3.5, 5.5))
+    plane = replace(case(), ranges=((0.0, 1.0), (1.0, 3.0), (4.0, 5.0)))
+    assert plane.wider_ranges == ((0.0, 1.0), (0.1, 4.0), (3.5, 5.5))
     assert plane.contains(np.array([0.5, 1.0, 2.0, 2.0]), np.array([4.5, 5.0, 3.9, 5.1])).tolist() == [
         False,
         True,
@@ -263,7 +265,7 @@ def joined(monkeypatch: pytest.MonkeyPatch, at: float) -> tuple[Any, list[str]]:
     halves = ([connection(0.1)], connection(at), "why"), ([connection(0.3)], None, "")
     looks = list[bool]()
 
-    def half(_m: Any, _p: Any, _c: Any, start: Any, _w: Any, looked: bool) -> Any:
+    def half(_case: Any, _c: Any, start: Any, _w: Any, looked: bool) -> Any:
         looks.append(looked)
         return halves[start is first]
 
@@ -272,9 +274,10 @@ def joined(monkeypatch: pytest.MonkeyPatch, at: float) -> tuple[Any, list[str]]:
     third = PlaneCurve("third", np.zeros(2), np.zeros(2), np.zeros(2))
     point = PlanePoint(DOUBLE, at, 0.0, 0.0)
     monkeypatch.setattr(ending_curves, "_from_double", lambda *_: (point, [third]))
-    found = ending_curves.curves_between(motion(), PLANE, here, there, lambda _: None)
-    assert looks == [True, False] and found.points == (point,) and found.curves[1:] == (third,)
-    return found.curves[0], list(found.omissions)
+    found = ending_curves.curves_between(case(), here, there, lambda _: None)
+    curve, *others = found
+    assert looks == [True, False] and others[0] is third and others[1] is point
+    return curve, others[2:]
 
 
 def test_both_halves_and_the_point_at_which_one_ends_are_one_curve(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -286,9 +289,8 @@ def test_both_halves_and_the_point_at_which_one_ends_are_one_curve(monkeypatch: 
 
 def test_an_orbit_that_is_not_known_begins_no_curve() -> None:
     here, there = OrbitEnding(0.2, 0.05, 0.0, NO_END), OrbitEnding(0.1, 0.05, 0.0, NO_END)
-    found = ending_curves.curves_between(motion(), PLANE, here, there, lambda _: None)
-    assert found.omissions == ("near mu = 0.2, r = 0.05: the orbit's end is not known well enough to start from it",)
-    assert found.curves == () and found.points == ()
+    found = ending_curves.curves_between(case(), here, there, lambda _: None)
+    assert found == ("near mu = 0.2, r = 0.05: the orbit's end is not known well enough to start from it",)
 
 
 @pytest.mark.parametrize(
@@ -320,7 +322,7 @@ def test_from_one_place_towards_the_other_along_the_parameter_that_differs(
     narrow: Any = SimpleNamespace(backwards=lambda _: "back", walk=walk, winding="winding", time=10.0)
 
     def at(_motion: Any, path: str, bounds: Any, end: Any, value: float) -> Any:
-        assert (path, bounds, value) == (PLANE.paths[along], PLANE.wider_bounds[along], here[along - 1]) and end is NO_END
+        assert (path, bounds, value) == (PATHS[along], case().wider_ranges[along], here[along - 1]) and end is NO_END
         return narrow, first
 
     def of(_motion: Any, _paths: Any, _bounds: Any, time: float, winding: str, folds: Any) -> Any:
@@ -335,7 +337,7 @@ def test_from_one_place_towards_the_other_along_the_parameter_that_differs(
 
     def fold(_motion: Any, x: np.ndarray, value: float) -> Any:
         assert x.tolist() == [1.0, 2.0] and value == 0.11
-        return SimpleNamespace(value=0.33, state="state")
+        return SimpleNamespace(parameter=0.33, x="state")
 
     monkeypatch.setattr(ending_curves, "connections_at", at)
     monkeypatch.setattr(ending_curves, "connections_of", of)
@@ -343,6 +345,6 @@ def test_from_one_place_towards_the_other_along_the_parameter_that_differs(
     monkeypatch.setattr(ending_curves, "saddle_node_of", node)
     monkeypatch.setattr(ending_curves, "prolong_at_saddle_node", lambda whole, short: (whole, short))
     ends = OrbitEnding(*here, 0.0, NO_END), OrbitEnding(*there, 0.0, NO_END)
-    whole, prolonged = ending_curves._limit(motion(), PLANE, *ends)
+    whole, prolonged = ending_curves._limit(case(), *ends)
     assert begun == ["onward" if tangent * grows > 0 else "back"]
     assert prolonged == (whole, "short") and whole == ending_curves._SPARE * 10.0  # type: ignore[comparison-overlap]

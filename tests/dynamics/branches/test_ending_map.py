@@ -14,30 +14,27 @@ import pytest
 import wucht
 from known_connections import LOOP
 from wucht.dynamics.branches import ending_map, orbit_endings
-from wucht.dynamics.branches.ending_curves import RETURNS, ParameterPlane
+from wucht.dynamics.branches.ending_curves import RETURNS
 from wucht.dynamics.branches.ending_map import (
     EndingFindings,
-    EndingMapCase,
     map_endings,
     unexplained_changes,
 )
+from wucht.dynamics.branches.ending_map_case import EndingMapCase
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion
 from wucht.dynamics.branches.orbit_endings import NO_MOTION, OrbitEnd, OrbitEnding, ending_at
-from wucht.dynamics.branches.orbit_problem import OrbitSettings
-from wucht.dynamics.branches.plane_regions import CurvesAndPoints, PlaneCurve, PlanePoint
-from wucht.dynamics.branches.steady_states import BranchSettings
+from wucht.dynamics.branches.plane_regions import PlaneCurve, PlanePoint
 from wucht.dynamics.work import Work
 from wucht.errors import RunError
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 
 RANGES = {"x": (-0.6, 1.4), "y": (-1.0, 1.0)}
 EQUATIONS = wucht.UserSystem(LOOP, {"p": 0.0, "mu": 0.0, "b": 0.0})
-PLANE = ParameterPlane(("p", "mu", "b"), ((-0.4, 0.4), (-0.06, 0.06), (-0.3, 0.3)))
-ORBITS = OrbitSettings(ranges=RANGES, start={"x": 0.6, "y": 0.2})
+PATHS, PLANE_RANGES = ("p", "mu", "b"), ((-0.4, 0.4), (-0.06, 0.06), (-0.3, 0.3))
 
 
-def case(cells: int = 2, plane: ParameterPlane = PLANE) -> EndingMapCase:
-    return EndingMapCase.of(EQUATIONS, plane, cells, BranchSettings(ranges=RANGES), ORBITS)
+def case() -> EndingMapCase:
+    return EndingMapCase.of(EQUATIONS, PATHS, PLANE_RANGES, 2, ranges_of_states=RANGES)
 
 
 class Names:
@@ -181,7 +178,7 @@ def test_a_motion_that_begins_as_the_parameter_falls_is_followed_down() -> None:
     assert (found.kind, found.end.value, found.end.sentence) == ("range", 0.15, "the range ends at p = 0.15")
 
 
-FOLDS = [SimpleNamespace(value=v, way=1) for v in (-1.0, 0.1, 0.2)]
+FOLDS = [(SimpleNamespace(parameter=p), 1) for p in (-1.0, 0.1, 0.2)]
 
 
 def ending(monkeypatch: pytest.MonkeyPatch, born: list[Any], end: Any) -> OrbitEnding:
@@ -189,12 +186,12 @@ def ending(monkeypatch: pytest.MonkeyPatch, born: list[Any], end: Any) -> OrbitE
     monkeypatch.setattr(orbit_endings, "lost_states", lambda _: FOLDS)
     orbits = iter(born)
 
-    def orbit_beyond_loss(_: Any, fold: Any, sentences: list[str], ____: Any) -> Any:
+    def orbit_beyond_loss(_: Any, __: Any, ___: int, sentences: list[str], ____: Any) -> Any:
         sentences.append("it settles")
         return next(orbits)
 
     monkeypatch.setattr(orbit_endings, "orbit_beyond_loss", orbit_beyond_loss)
-    monkeypatch.setattr(orbit_endings, "follow_to_end", end)
+    monkeypatch.setattr(orbit_endings, "branch_to_end", end)
     motion: Any = SimpleNamespace(steady_branches=lambda: (), subject=SimpleNamespace(path="p", bounds=(-1.0, 1.0)))
     return ending_at(motion, (3.0, 4.0), lambda: None)
 
@@ -203,7 +200,7 @@ def test_the_first_motion_that_can_be_followed_counts(monkeypatch: pytest.Monkey
     def end(_: Any, seed: Any, way: int, watch: Any) -> Any:
         if seed == "short":
             raise RunError("lost on its way")
-        return OrbitEnd("kind", 0.9, f"{seed} {way}")
+        return SimpleNamespace(end=OrbitEnd("kind", 0.9, f"{seed} {way}"))
 
     found = ending(monkeypatch, ["short", "long"], end)
     assert (found.begins, found.end.kind, found.end.value, found.end.sentence) == (0.2, "kind", 0.9, "long 1")
@@ -224,8 +221,8 @@ def test_a_run_begins_just_beyond_a_fold_and_nearer_if_that_is_outside(monkeypat
     motion: Any = SimpleNamespace(subject=SimpleNamespace(bounds=(0.0, 1.0)))
     sentences = list[str]()
     for value, way in ((0.5, 1), (0.5, -1), (0.995, 1)):
-        fold: Any = SimpleNamespace(value=value, way=way, state=np.zeros(2), fastest=2.0)
-        assert orbit_endings.orbit_beyond_loss(motion, fold, sentences, lambda: None) is None
+        fold: Any = SimpleNamespace(parameter=value, x=np.zeros(2), eigenvalues=np.array([-2.0, 1e-9]), kind="fold")
+        assert orbit_endings.orbit_beyond_loss(motion, fold, way, sentences, lambda: None) is None
     assert tried == [(pytest.approx(v), 25.0) for v in (0.51, 0.502, 0.49, 0.498, 0.997)]
     assert sentences[-1] == "nothing at 0.997"
 
@@ -246,16 +243,23 @@ def test_a_curve_crosses_the_way_between_two_places() -> None:
     assert not straight(0.5, 0.4, 2.0).passes_between(a, b)
 
 
+Parts = tuple[PlaneCurve | PlanePoint | str, ...]
+
+
+def square(cells: int) -> EndingMapCase:
+    """A plane of x, y from -1.5 to 1.5."""
+    nothing: Any = SimpleNamespace()
+    return EndingMapCase(("p", "x", "y"), ((0.0, 1.0), (-1.5, 1.5), (-1.5, 1.5)), nothing, cells, nothing)
+
+
 def planned(
-    monkeypatch: pytest.MonkeyPatch, kinds: list[str], made: Callable[[OrbitEnding, OrbitEnding], CurvesAndPoints], cells: int
+    monkeypatch: pytest.MonkeyPatch, kinds: list[str], made: Callable[[OrbitEnding, OrbitEnding], Parts], cells: int
 ) -> list[EndingFindings]:
     """Stages of a map of x, y from -1.5 to 1.5, of so many cells a side, whose places end as is given, row by row."""
-    plane = ParameterPlane(("p", "x", "y"), ((0.0, 1.0), (-1.5, 1.5), (-1.5, 1.5)))
     todo = iter(kinds)
     monkeypatch.setattr(ending_map, "_place", lambda _, __, place, ___: at(*place, next(todo)))
-    monkeypatch.setattr(ending_map, "curves_between", lambda _m, _p, connected, other, _w: made(connected, other))
-    mapped: Any = EndingMapCase(plane, SimpleNamespace(), cells, SimpleNamespace())  # type: ignore[arg-type]
-    return list(map_endings(mapped, Work()))
+    monkeypatch.setattr(ending_map, "curves_between", lambda _case, connected, other, _report: made(connected, other))
+    return list(map_endings(square(cells), Work()))
 
 
 S, N = SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
@@ -264,9 +268,9 @@ S, N = SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 def test_curves_begin_next_to_the_middle_and_three_times_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = list[tuple[OrbitEnding, OrbitEnding]]()
 
-    def made(connected: OrbitEnding, other: OrbitEnding) -> CurvesAndPoints:
+    def made(connected: OrbitEnding, other: OrbitEnding) -> Parts:
         asked.append((connected, other))
-        return CurvesAndPoints(omissions=(f"lost {len(asked)}",))
+        return (f"lost {len(asked)}",)
 
     stages = planned(monkeypatch, [S, N, S, S, S, N, N, N, S], made, 3)
     assert all((a.kind, b.kind) == (S, N) for a, b in asked)
@@ -281,10 +285,10 @@ def test_what_a_known_curve_explains_is_not_asked_again(monkeypatch: pytest.Monk
     point = PlanePoint("meets", 0.5, 0.0, 0.1)
     calls = list[float]()
 
-    def made(connected: OrbitEnding, other: OrbitEnding) -> CurvesAndPoints:
+    def made(connected: OrbitEnding, other: OrbitEnding) -> Parts:
         calls.append(connected.y)
         more = PlaneCurve("other", np.full(2, 0.9), np.array([-2.0, 2.0]), np.zeros(2))
-        return CurvesAndPoints((straight(0.5), more), (point,), ("a sentence",))
+        return straight(0.5), more, point, "a sentence"
 
     stages = planned(monkeypatch, [N, N, S, N, N, S, N, N, S, "third"], made, 3)
     assert calls == [0.0]
@@ -297,8 +301,7 @@ def test_what_a_known_curve_explains_is_not_asked_again(monkeypatch: pytest.Monk
 
 def test_changes_between_rows_count_up_to_the_last_column() -> None:
     """Of three columns and rows, the place in the last column of the middle row ends in another way than its neighbours."""
-    plane = ParameterPlane(("p", "x", "y"), ((0.0, 1.0), (-1.5, 1.5), (-1.5, 1.5)))
-    mapped = EndingMapCase(plane, SimpleNamespace(), 3, SimpleNamespace())  # type: ignore[arg-type]
+    mapped = square(3)
     places = tuple(at(*c, S if c == (1.0, 0.0) else N) for c in mapped.centres)
     pairs = unexplained_changes(mapped, EndingFindings(places))
     assert {((a.x, a.y), (b.x, b.y)) for a, b in pairs} == {
@@ -312,9 +315,9 @@ def test_a_curve_explains_only_what_it_passes_between(monkeypatch: pytest.Monkey
     """The second pair is asked too, as the first curve ends before it; a curve of another kind explains nothing."""
     asked = list[float]()
 
-    def made(connected: OrbitEnding, other: OrbitEnding) -> CurvesAndPoints:
+    def made(connected: OrbitEnding, other: OrbitEnding) -> Parts:
         asked.append(connected.y)
-        return CurvesAndPoints((straight(0.0, connected.y - 0.3, connected.y + 0.3), replace(straight(0.0), kind="another")))
+        return straight(0.0, connected.y - 0.3, connected.y + 0.3), replace(straight(0.0), kind="another")
 
     planned(monkeypatch, [S, N, S, N, *["further"] * 9], made, 2)
     assert sorted(asked) == [-0.75, 0.75]
@@ -332,8 +335,7 @@ def test_steady_states_are_those_in_the_middle_of_the_plane() -> None:
             return super().with_values(values)
 
     equations = Observed(EQUATIONS.system, EQUATIONS.values, EQUATIONS.title)
-    plane = ParameterPlane(("p", "mu", "b"), ((-0.4, 0.4), (-0.06, 0.06), (0.1, 0.3)))
-    EndingMapCase.of(equations, plane, 2, BranchSettings(ranges=RANGES), ORBITS)
+    EndingMapCase.of(equations, PATHS, ((-0.4, 0.4), (-0.06, 0.06), (0.1, 0.3)), 2, ranges_of_states=RANGES)
     assert given == [{"b": pytest.approx(0.2)}]
 
 

@@ -8,9 +8,7 @@ import sympy as sp
 
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase, follow_branches
 from wucht.dynamics.branches.orbit_diagram import OrbitCase, follow_orbits
-from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.state_map import StateMapCase, map_states
-from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
@@ -22,15 +20,13 @@ TABLE = "drozdetskaya-2020/table-5.1"
 
 
 def test_folds_of_the_speed_of_a_rotor_on_a_carrier() -> None:
-    case = BranchCase.of(load_machine("drozdetskaya-2020/table-3.1-carrier"), "u", (0.0, 5.0), BranchSettings())
+    case = BranchCase.of(load_machine("drozdetskaya-2020/table-3.1-carrier"), "u", (0.0, 5.0))
     *_, findings = follow_branches(case, Work())
     (branch,) = findings.branches
     folds = [branch.parameter_values[i] for i, kind in enumerate(branch.kinds) if kind == FOLD]
     assert sorted(folds) == pytest.approx([0.8937191, 2.6053860], rel=1e-6)
     assert findings.complete
-    assert any(
-        float(case.steady_states.ordinates(s.unknowns[:, None]).speed[0]) == pytest.approx(0.9686444) for s in findings.nominal
-    )
+    assert any(float(case.steady_states.ordinate(s.unknowns[:, None])[0]) == pytest.approx(0.9686444) for s in findings.nominal)
 
 
 def test_a_branch_that_crosses_only_one_that_was_not_searched_either() -> None:
@@ -40,10 +36,10 @@ def test_a_branch_that_crosses_only_one_that_was_not_searched_either() -> None:
     """
     x, y, p = sp.symbols("x y p", real=True)
     system = System((x, y), (x * (0.25 - (p - 3) ** 2 - x**2), y * (x - 0.3 - y**2)), (p,))
-    settings = BranchSettings(points=1, ranges={"x": (-1.0, 1.0), "y": (-1.0, 1.0)})
-    case = BranchCase.of(UserSystem(system, {"p": 1.0}), "p", (0.0, 4.0), settings)
+    ranges = {"x": (-1.0, 1.0), "y": (-1.0, 1.0)}
+    case = BranchCase.of(UserSystem(system, {"p": 1.0}), "p", (0.0, 4.0), points=1, ranges=ranges)
     *_, findings = follow_branches(case, Work())
-    assert [s.state_count for s in findings.searches] == [1, 1, 1] and not findings.omissions
+    assert [len(s.points) for s in findings.searches] == [1, 1, 1] and not findings.omissions
     largest = [np.abs(b.unknowns[:2]).max(axis=1) for b in findings.branches]
     assert np.array(largest) == pytest.approx(np.array([(0.0, 0.0), (0.5, 0.0), (0.5, 0.2**0.5)]), abs=1e-3)
     crossings = [
@@ -55,8 +51,7 @@ def test_a_branch_that_crosses_only_one_that_was_not_searched_either() -> None:
 
 @pytest.mark.slow
 def test_the_modulated_motion_of_two_pendulums() -> None:
-    settings = OrbitSettings(together=True)
-    case = OrbitCase.of(load_machine(TABLE), "u", (2.9, 3.1), settings, run_values=(3.0,), values=(3.0,))
+    case = OrbitCase.of(load_machine(TABLE), "u", (2.9, 3.1), together=True, run_values=(3.0,), values=(3.0,))
     *_, findings = follow_orbits(case, Work())
     ((number, orbit),) = findings.orbits
     assert (number, orbit.value) == (0, 3.0)
@@ -65,14 +60,16 @@ def test_the_modulated_motion_of_two_pendulums() -> None:
 
 @pytest.mark.slow
 def test_where_two_pairs_of_steady_states_vanish_at_once() -> None:
-    settings = BranchSettings(points=2, only=("together", "compensating"), inertia=False)
     plane = (0.5, 10.0), (0.04, 0.16)
-    *_, findings = map_states(StateMapCase.of(load_machine(TABLE), ("u", "sigma"), plane, 2, settings, None), Work())
+    case = StateMapCase.of(
+        load_machine(TABLE), ("u", "sigma"), plane, 2, points=2, only=("together", "compensating"), inertia=False, orbits=False
+    )
+    *_, findings = map_states(case, Work())
     (crossing,) = findings.crossings
     assert (crossing.x, crossing.y) == pytest.approx((3.6873885, 0.06728885), rel=1e-6)
 
 
 def test_an_end_of_the_range_that_a_part_does_not_allow_is_refused() -> None:
     with pytest.raises(InputError) as refused:
-        BranchCase.of(load_machine(TABLE), "u", (-1.0, 2.0), BranchSettings())
+        BranchCase.of(load_machine(TABLE), "u", (-1.0, 2.0))
     assert refused.value.location == "study.range[0]"

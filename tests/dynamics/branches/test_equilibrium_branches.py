@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.dynamics.branches.bifurcation_diagram import BranchFindings, NominalState, SearchedValue, _searched_values
+from wucht.dynamics.branches.bifurcation_diagram import BranchFindings, NominalState, _searched_values
 from wucht.dynamics.branches.equilibrium_branches import (
     EquilibriumBranch,
     StabilityLevel,
@@ -20,6 +20,7 @@ from wucht.dynamics.branches.equilibrium_branches import (
     lies_on,
     points_with_value,
 )
+from wucht.dynamics.branches.plane_regions import PlanePoint
 from wucht.dynamics.branches.second_parameter import (
     BifurcationCurve,
     SecondParameter,
@@ -29,7 +30,7 @@ from wucht.dynamics.branches.second_parameter import (
     fold_crossings,
     lies_on_curve,
 )
-from wucht.dynamics.branches.steady_states import Kind, StatesAtValue
+from wucht.dynamics.branches.steady_states import Kind
 from wucht.errors import RunError
 
 
@@ -171,15 +172,6 @@ def test_searched_values_are_the_middles_of_parts_and_one_near_each_end() -> Non
     assert _searched_values((-1.0, 100.0), 1)[1] == pytest.approx(49.5)
 
 
-def test_a_search_as_it_is_recorded() -> None:
-    search: Any = StatesAtValue((np.zeros(2), np.zeros(2)), ("a family",), True, "by trial", (1.0, 9.0))  # type: ignore[arg-type]
-    made = SearchedValue.from_search(0.5, 3.0, search)
-    assert (made.value, made.second, made.state_count, made.complete, made.evidence) == (0.5, 3.0, 3, True, "by trial")
-    assert (made.speeds, made.failure) == ((1.0, 9.0), None)
-    failed = SearchedValue.from_search(0.5, None, "no torque")
-    assert (failed.state_count, failed.complete, failed.failure) == (0, False, "no torque")
-
-
 def test_the_stability_of_a_state_or_of_the_members_of_a_family() -> None:
     growing, u = np.array([0.1, -1.0], complex), np.zeros(2)
     assert NominalState(u, growing, 0).stability == StabilityLevel.UNSTABLE
@@ -217,7 +209,7 @@ def two_parameters() -> Any:
     return SimpleNamespace(
         path="p", bounds=(0.0, 2.0), ordinate_size=100.0, end_reason=lambda _: "limit", equations_with=lambda *_: equations,
         equilibria=SimpleNamespace(equations=equations, bounds=(0.0, 2.0), limits={}),
-        ordinates=lambda u: SimpleNamespace(speed=10 * u[0]),
+        ordinate=lambda u: 10 * u[0],
     )  # fmt: skip
 
 
@@ -271,12 +263,12 @@ def test_where_folds_of_one_name_cross(monkeypatch: pytest.MonkeyPatch) -> None:
     others = [curve([1.0, 2.0], [0.0, 1.0], [1.0, 0.5], name="b"), curve([1.0, 2.0], [0.0, 1.0], [1.0, 0.5], "hopf")]
     found = fold_crossings(two_parameters(), SECOND, [rising, *others, falling])
     assert given == [(1.0, 5.0, [0.0, 0.5])]
-    ((point,), omissions) = found.points, found.omissions
-    assert (point.x, point.y, omissions) == (0.5, 0.75, ()) and np.isnan(point.value)
+    (point,) = found
+    assert isinstance(point, PlanePoint) and (point.x, point.y) == (0.5, 0.75) and np.isnan(point.value)
     lost = fold_crossings(
         two_parameters(), SECOND, [replace(rising, unknowns=rising.unknowns + np.array([[60.0], [0.0], [0.0]])), falling]
     )
-    assert lost.points == () and len(lost.omissions) == 1 and "p = 0, q = 0.5" in lost.omissions[0]
+    assert len(lost) == 1 and isinstance(lost[0], str) and "p = 0, q = 0.5" in lost[0]
 
 
 @pytest.mark.parametrize("closed", [False, True])

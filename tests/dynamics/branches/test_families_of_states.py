@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
@@ -17,7 +16,6 @@ from wucht.dynamics.branches.averaged_equilibria import AveragedEquilibria
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings, follow_branches
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.branches.family_curve import FamilyCurve
-from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.work import Work
 from wucht.errors import RunError
 from wucht.files.building import machine_from
@@ -27,12 +25,9 @@ MEMBERS = 24
 
 
 @pytest.fixture(autouse=True)
-def few(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fewer members than 512 are looked at, here alone."""
     monkeypatch.setattr(family_curve, "SAMPLED_MEMBERS", MEMBERS)
-    family_curve._polygon.cache_clear()
-    yield
-    family_curve._polygon.cache_clear()
 
 
 def balanced(**drive: Any) -> Machine:
@@ -50,8 +45,7 @@ def balanced(**drive: Any) -> Machine:
 @cache
 def diagram(path: str, low: float, high: float) -> tuple[BranchCase, BranchFindings, list[tuple[int, int]]]:
     """With how many values are searched and how many branches are there, stage by stage."""
-    settings = BranchSettings(points=2, only=("compensating",))
-    case = BranchCase.of(balanced(), path, (low, high), settings)
+    case = BranchCase.of(balanced(), path, (low, high), points=2, only=("compensating",))
     stages = list(follow_branches(case, Work()))
     return case, stages[-1], [(len(s.searches), len(s.branches)) for s in stages]
 

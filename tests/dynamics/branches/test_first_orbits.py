@@ -13,7 +13,7 @@ import wucht
 from wucht.dynamics.branches import first_orbits
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.branches.first_orbits import _times_of_change, cycles_of, orbit_of_run, orbits_of_hopf_points
-from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
+from wucht.dynamics.branches.orbit_problem import OrbitProblem
 from wucht.system import System
 
 X, PHI, P, Q = sp.symbols("x phi p q", real=True)
@@ -22,7 +22,7 @@ X, PHI, P, Q = sp.symbols("x phi p q", real=True)
 def test_orbits_are_followed_within_their_range_and_up_to_the_longest_period() -> None:
     """A state and an angle, which makes a turn in a period; both and the parameter have their sizes."""
     system = System((X, PHI), (P - X, 1 + Q * X**2), (P, Q), angles=frozenset({PHI}))
-    problem = OrbitProblem.of(wucht.UserSystem(system, {"p": 0.5, "q": 0.25}), "p", (0.1, 0.9), OrbitSettings())
+    problem = OrbitProblem.of(wucht.UserSystem(system, {"p": 0.5, "q": 0.25}), "p", (0.1, 0.9))
     cycles = cycles_of(problem, np.array([0, 1]), np.array([2.0, 3.0, 4.0]), 7.0)
     assert cycles.periods == (0.0, 7.0)
     assert cycles.bounds == (0.1, 0.9)
@@ -79,12 +79,12 @@ def test_first_orbits_at_hopf_points(monkeypatch: pytest.MonkeyPatch, longest: f
 def test_values_widths_and_turns_of_a_problem() -> None:
     system = System((X, PHI), (P - X, 1 + Q * X**2), (P, Q), angles=frozenset({PHI}))
     subject = wucht.UserSystem(system, {"p": 0.5, "q": 0.25})
-    problem = OrbitProblem.of(subject, "q", (-0.1, 0.9), OrbitSettings(start={"phi": 2}))
+    problem = OrbitProblem.of(subject, "q", (-0.1, 0.9), start={"phi": 2})
     assert problem.width == 1.0 and problem.turning.tolist() == [False, True] and not problem.shows_rotor_speed
     assert problem.parameters_at(0.75) == (0.5, 0.75) and problem.fixed_values("q") == {"p": 0.5}
     assert problem.fixed_values() == {"p": 0.5, "q": 0.25} and problem.turns(np.array([0, -2])) == {"phi": -2}
     assert problem.initial(0.3).tolist() == [0.0, 2.0]
     ordinate, amplitude = problem.observables(np.array([[1.0, 2.0], [3.0, 4.0]]), 0.3)
     assert ordinate.tolist() == [1.0, 2.0] and np.isnan(amplitude).all()
-    turned = OrbitProblem.of(subject, "q", (-0.1, 0.9), OrbitSettings(show="phi"))
+    turned = OrbitProblem.of(subject, "q", (-0.1, 0.9), show="phi")
     assert turned.observables(np.array([[1.0, 2.0], [3.0, 4.0]]), 0.3)[0].tolist() == [3.0, 4.0]

@@ -10,15 +10,16 @@ import pytest
 import sympy as sp
 
 import wucht
-from wucht.dynamics.branches.ending_curves import RETURNS, ParameterPlane
-from wucht.dynamics.branches.ending_map import EndingFindings, EndingMapCase
+from wucht.dynamics.branches.ending_curves import RETURNS
+from wucht.dynamics.branches.ending_map import EndingFindings
+from wucht.dynamics.branches.ending_map_case import EndingMapCase
 from wucht.dynamics.branches.labelled_maps import LabelledMap, map_of_endings, map_of_states
 from wucht.dynamics.branches.modulated_motion import ReachedMotions
 from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding
 from wucht.dynamics.branches.plane_regions import COINCIDE, DOUBLE, PlaneCurve, PlanePoint
 from wucht.dynamics.branches.second_parameter import BifurcationCurve
 from wucht.dynamics.branches.state_map import StateFindings, StateMapCase
-from wucht.dynamics.branches.state_rows import OrbitRow, SteadyRow
+from wucht.dynamics.branches.state_rows import ExaminedPlace, OrbitRow
 from wucht.dynamics.branches.steady_states import Kind, Labels
 from wucht.numerics.periodic.branch_ends import RANGE, SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 from wucht.system import System
@@ -32,9 +33,10 @@ NONE: Any = None
 ON_FOLD = "periodic orbit: saddle-node on it"
 
 
-def rows(*names: tuple[str, ...]) -> tuple[SteadyRow, ...]:
+def rows(*names: tuple[str, ...]) -> tuple[tuple[ExaminedPlace, ...], ...]:
     """Of two by two places, at r = 0 and 2, p = -1 and 1: what is stable there."""
-    return SteadyRow(0.0, names[:2]), SteadyRow(2.0, names[2:])
+    pairs = zip((0.0, 2.0), (names[:2], names[2:]), strict=True)
+    return tuple(tuple(ExaminedPlace(x, y, of) for x, of in zip((-1.0, 1.0), pair, strict=True)) for y, pair in pairs)
 
 
 HALF = rows(("a", "b"), ("a",), ("a", "b"), ("a",))
@@ -102,7 +104,7 @@ def test_modulated_motions_of_the_rows() -> None:
 
 
 def test_an_extra_place_has_a_row_of_its_own() -> None:
-    extra = (*rows(("a",), ("a",), ("a",), ("a",)), SteadyRow(1.5, (("a", "b"),)))
+    extra = (*rows(("a",), ("a",), ("a",), ("a",)), (ExaminedPlace(0.25, 1.5, ("a", "b")),))
     place = states(rows=extra, extra=((0.25, 1.5),)).places[4]
     assert (place.label, place.x, place.y) == ("b", 0.25, 1.5)
 
@@ -205,7 +207,7 @@ def test_curves_have_names_of_their_kinds_and_marks_at_their_second_conditions()
 
 # --- how modulated motions end ---
 
-PLANE = ParameterPlane(("s", "p", "r"), ((0.0, 1.0), (-2.0, 2.0), (-1.0, 3.0)))
+PLANE: Any = ("s", "p", "r"), ((0.0, 1.0), (-2.0, 2.0), (-1.0, 3.0))
 LINE = PlaneCurve(RETURNS, np.zeros(41), np.linspace(-1.0, 3.0, 41), np.linspace(0.25, 0.5, 41))
 SIDES = (SADDLE_NODE_ON_ORBIT, SADDLE_CONNECTION) * 2  # left of the line, right of it
 
@@ -215,7 +217,7 @@ def endings(kinds: tuple[str, ...], *curves: PlaneCurve, **other: Any) -> Labell
     at = [(x, y) for y in (0.0, 2.0) for x in (-1.0, 1.0)]
     places = tuple(OrbitEnding(x, y, 0.25, OrbitEnd(kind, 0.75, "")) for (x, y), kind in zip(at, kinds, strict=True))
     findings = EndingFindings(**{"places": places, "curves": curves, "complete": True} | other)
-    return map_of_endings(EndingMapCase(PLANE, NONE, 2, Labels("state x", "", "x", of_equations=True)), findings)
+    return map_of_endings(EndingMapCase(*PLANE, NONE, 2, Labels("state x", "", "x", of_equations=True)), findings)
 
 
 def test_how_modulated_motions_end() -> None:

@@ -13,7 +13,7 @@ import sympy as sp
 
 import wucht
 from known_connections import LEAF
-from wucht.dynamics.branches import modulated_motion, state_rows
+from wucht.dynamics.branches import modulated_motion, orbit_endings, state_rows
 from wucht.dynamics.branches.first_orbits import SeedOrbit, orbit_near
 from wucht.dynamics.branches.modulated_motion import (
     ModulatedMotion,
@@ -22,10 +22,10 @@ from wucht.dynamics.branches.modulated_motion import (
     nearest_fold,
     reached_motions,
 )
-from wucht.dynamics.branches.orbit_problem import OrbitSettings
+from wucht.dynamics.branches.orbit_endings import orbit_beyond_loss
 from wucht.dynamics.branches.second_parameter import SecondParameter
-from wucht.dynamics.branches.state_rows import NoOrbit, OrbitRow, RowCase, connection_curve, transverse_exponent
-from wucht.dynamics.branches.steady_states import BranchSettings, SystemEquilibria
+from wucht.dynamics.branches.state_rows import OrbitRow, RowCase, connection_curve, transverse_exponent
+from wucht.dynamics.branches.steady_states import SystemEquilibria
 from wucht.errors import RunError
 from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
@@ -38,8 +38,8 @@ def motion_of(
     system: System, values: dict[str, float], path: str, ranges: Any, bounds: tuple[float, float] = (-1.0, 1.0), **start: float
 ) -> ModulatedMotion:
     equations = wucht.UserSystem(system, values)
-    states = SystemEquilibria.of(equations, path, (-1.0, 1.0), BranchSettings(ranges=ranges))
-    return ModulatedMotion.of(equations, path, bounds, OrbitSettings(ranges=ranges, start=start), states)
+    states = SystemEquilibria.of(equations, path, (-1.0, 1.0), ranges)
+    return ModulatedMotion.of(equations, path, bounds, states, ranges=ranges, start=start)
 
 
 # x' = p + q x - x^3 folds at x = +-sqrt(q/3), p = -+2 (q/3)^(3/2); y decays fourfold as fast as x at most.
@@ -54,10 +54,10 @@ def cubic() -> ModulatedMotion:
 
 def test_stable_states_that_meet_unstable_ones_are_lost() -> None:
     """First that which is lost as p grows: the lower one at x = -1/sqrt 3; from above the upper one. y decays with -8."""
-    up, down = lost_states(cubic().steady_branches())
-    assert (up.value, up.way, down.value, down.way) == (pytest.approx(FOLD), 1, pytest.approx(-FOLD), -1)
-    assert up.state == pytest.approx([-(3**-0.5), 0.0], abs=1e-6) and down.state == pytest.approx([3**-0.5, 0.0], abs=1e-6)
-    assert (up.fastest, down.fastest) == (pytest.approx(8.0), pytest.approx(8.0))
+    (up, grows), (down, falls) = lost_states(cubic().steady_branches())
+    assert (up.parameter, grows, down.parameter, falls) == (pytest.approx(FOLD), 1, pytest.approx(-FOLD), -1)
+    assert up.x == pytest.approx([-(3**-0.5), 0.0], abs=1e-6) and down.x == pytest.approx([3**-0.5, 0.0], abs=1e-6)
+    assert up.kind == down.kind == "fold"
 
 
 def test_of_two_unstable_states_none_is_lost() -> None:
@@ -68,14 +68,24 @@ def test_of_two_unstable_states_none_is_lost() -> None:
 
 
 @pytest.mark.parametrize(("sign", "way"), [(1, 1), (-1, -1)])
-def test_a_stable_state_that_begins_to_vibrate_is_lost(sign: int, way: int) -> None:
+def test_a_stable_state_that_begins_to_vibrate_is_lost(sign: int, way: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """At p = 0, with +-2 i; a run begins 1e-3 of the sizes beside it."""
     growth = sign * P - X**2 - Y**2
     system = System((X, Y), (growth * X - 2 * Y, 2 * X + growth * Y), (P,))
     motion = motion_of(system, {"p": 0.0}, "p", {"x": (-2.0, 2.0), "y": (-1.0, 1.0)})
-    (lost,) = lost_states(motion.steady_branches())
-    assert (lost.value, lost.way, lost.fastest) == (pytest.approx(0.0, abs=1e-9), way, pytest.approx(2.0))
-    assert lost.state == pytest.approx([4e-3, 2e-3], abs=1e-9)
+    ((lost, found_way),) = lost_states(motion.steady_branches())
+    assert (lost.kind, lost.parameter, found_way) == ("hopf", pytest.approx(0.0, abs=1e-9), way)
+    begun = list[tuple[np.ndarray, float]]()
+
+    def near(_: Any, __: float, start: np.ndarray, ___: Any, span: Any) -> Any:
+        begun.append((start, span(start)))
+        return SimpleNamespace(orbit=None, sentence="")
+
+    monkeypatch.setattr(orbit_endings, "orbit_near", near)
+    assert orbit_beyond_loss(motion, lost, way, [], lambda: None) is None
+    for start, span in begun:
+        assert start == pytest.approx([4e-3, 2e-3], abs=1e-9) and span == pytest.approx(25.0)
+    assert len(begun) == 2
 
 
 def test_a_wide_range_is_searched_in_decades(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -91,13 +101,12 @@ def test_a_wide_range_is_searched_in_decades(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_the_nearest_fold_of_a_branch() -> None:
-    """From the saddle between both: at p = 0.1 the upper one, at -0.1 the lower; beyond it the parameter has passed it."""
+    """From the saddle between both: at p = 0.1 the upper one, at -0.1 the lower."""
     upper = nearest_fold(cubic(), np.array([-0.1, 0.0]), 0.1)
-    assert (upper.value, upper.way) == (pytest.approx(FOLD), 1) and upper.state[0] == pytest.approx(-(3**-0.5), abs=1e-6)
+    assert upper.parameter == pytest.approx(FOLD) and upper.x[0] == pytest.approx(-(3**-0.5), abs=1e-6)
     lower = nearest_fold(cubic(), np.array([0.1, 0.0]), -0.1)
-    assert (lower.value, lower.way, lower.fastest) == (pytest.approx(-FOLD), -1, pytest.approx(8.0))
-    after = nearest_fold(cubic(), np.array([1.2, 0.0]), 0.5)
-    assert (after.value, after.way) == (pytest.approx(FOLD), -1)
+    assert lower.parameter == pytest.approx(-FOLD) and lower.x[0] == pytest.approx(3**-0.5, abs=1e-6)
+    assert nearest_fold(cubic(), np.array([1.2, 0.0]), 0.5).parameter == pytest.approx(FOLD)
     with pytest.raises(RunError, match="the saddle has no fold over p"):
         nearest_fold(cubic().with_values({"q": -1.0}), np.array([0.0, 0.0]), 0.0)
 
@@ -222,7 +231,7 @@ def test_a_neighbouring_row_is_begun_with_the_middle_of_this_one() -> None:
     same = RowCase(motion, "a", -1.0, lambda: None)
     assert (
         same.seed_from_neighbour(row) is row.middle
-        and same.seed_from_neighbour(NoOrbit(-1.0, "")) is None
+        and same.seed_from_neighbour("none") is None
         and same.seed_from_neighbour(None) is None
     )
     gone = RowCase(motion.with_values({"a": 1.0}), "a", 1.0, lambda: None)
@@ -233,17 +242,17 @@ def row_case(monkeypatch: pytest.MonkeyPatch, carried: Any, born: dict[float, An
     """A row whose folds are at -2 (outside), 0.2, 0.4; what is born beyond them; what branches are asked for."""
     asked = list[Any]()
 
-    def born_at(_m: Any, lost: Any, sentences: list[str], _w: Any) -> Any:
-        sentences.append(f"nothing at {lost.value}")
-        return born[lost.value]
+    def born_at(_m: Any, lost: Any, _way: int, sentences: list[str], _w: Any) -> Any:
+        sentences.append(f"nothing at {lost.parameter}")
+        return born[lost.parameter]
 
     def through(_: Any, seed: Any) -> Any:
         asked.append(seed)
-        return NoOrbit(0.0, "") if str(seed).startswith("bad") else leaf_row()[1]
+        return "none" if str(seed).startswith("bad") else leaf_row()[1]
 
     monkeypatch.setattr(RowCase, "seed_from_neighbour", lambda *_: carried)
     monkeypatch.setattr(RowCase, "row_through", through)
-    monkeypatch.setattr(state_rows, "lost_states", lambda _: [SimpleNamespace(value=v) for v in (-2.0, 0.2, 0.4)])
+    monkeypatch.setattr(state_rows, "lost_states", lambda _: [(SimpleNamespace(parameter=p), 1) for p in (-2.0, 0.2, 0.4)])
     monkeypatch.setattr(state_rows, "orbit_beyond_loss", born_at)
     motion: Any = SimpleNamespace(steady_branches=lambda: (), subject=SimpleNamespace(bounds=(-1.0, 1.0)))
     return RowCase(motion, "s", 7.0, lambda: None), asked
@@ -257,9 +266,9 @@ def test_a_row_begins_with_its_neighbour_or_where_a_state_is_lost(monkeypatch: p
     case, asked = row_case(monkeypatch, None, {0.2: "first", 0.4: "second"})
     assert isinstance(case.row(None), OrbitRow) and asked == ["first"]
     case, asked = row_case(monkeypatch, None, {0.2: None, 0.4: None})
-    assert case.row(None) == NoOrbit(7.0, "nothing at 0.2; nothing at 0.4") and asked == []
+    assert case.row(None) == "nothing at 0.2; nothing at 0.4" and asked == []
     monkeypatch.setattr(state_rows, "lost_states", lambda _: [])
-    assert case.row(None) == NoOrbit(7.0, "no stable steady state is lost there")
+    assert case.row(None) == "no stable steady state is lost there"
 
 
 def test_a_further_row_is_tried_from_its_neighbour_and_then_from_runs(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -267,9 +276,9 @@ def test_a_further_row_is_tried_from_its_neighbour_and_then_from_runs(monkeypatc
     case, asked = row_case(monkeypatch, "bad 1", {})
     assert isinstance(case.further_row(None, given), OrbitRow) and asked == ["bad 1", "bad 2", "good"]
     case, asked = row_case(monkeypatch, None, {})
-    assert isinstance(case.further_row(None, given[:1]), NoOrbit) and asked == ["bad 2"]
+    assert isinstance(case.further_row(None, given[:1]), str) and asked == ["bad 2"]
     made = case.further_row(None, ())
-    assert made == NoOrbit(7.0, "the neighbouring motion cannot be followed to this value")
+    assert made == "the neighbouring motion cannot be followed to this value"
 
 
 def test_a_branch_that_cannot_be_followed_is_no_row(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -278,7 +287,7 @@ def test_a_branch_that_cannot_be_followed_is_no_row(monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(state_rows, "branch_to_end", lost)
     case = RowCase(leaf_row()[0], "a", 3.0, lambda: None)
-    assert case.row_through(SEED) == NoOrbit(3.0, "lost on its way")
+    assert case.row_through(SEED) == "lost on its way"
 
 
 def test_the_exponent_of_the_direction_that_leads_out_of_a_section() -> None:

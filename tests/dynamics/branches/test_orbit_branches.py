@@ -23,8 +23,7 @@ from wucht.dynamics.branches.orbit_diagram import (
     orbits_beside,
     reported_orbit,
 )
-from wucht.dynamics.branches.orbit_problem import OrbitSettings
-from wucht.dynamics.branches.steady_states import BranchSettings
+from wucht.dynamics.branches.steady_states import SystemEquilibria
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
 from wucht.numerics.periodic.branch_ends import CLOSED_BRANCH, RANGE, significant_value
@@ -42,8 +41,7 @@ BOUNDS = (-0.6, 0.5)
 
 
 def case_of(**settings: Any) -> OrbitCase:
-    asked = OrbitSettings(start={"x": 1.0}, **settings)
-    return OrbitCase.of(EQUATIONS, "p", BOUNDS, asked, run_values=(0.3,), values=(-0.2,))
+    return OrbitCase.of(EQUATIONS, "p", BOUNDS, {"x": 1.0}, run_values=(0.3,), values=(-0.2,), **settings)
 
 
 @cache
@@ -70,7 +68,7 @@ def test_the_orbits_at_a_value_on_both_sides_of_the_fold() -> None:
 
 def test_a_branch_passes_an_orbit_by_value_and_period() -> None:
     (branch,) = followed().branches
-    values, periods = branch.whole_array("values"), branch.whole_array("periods")
+    values, periods = branch.values, branch.periods
     for k in (3, -4):
         value, period = float(values[k] + values[k + 1]) / 2, float(periods[k] + periods[k + 1]) / 2
         assert branch.passes(value, period) and branch.passes(value, 1.009 * period) and branch.passes(value, 0.991 * period)
@@ -79,9 +77,8 @@ def test_a_branch_passes_an_orbit_by_value_and_period() -> None:
 
 
 def small(*, values: list[float], periods: list[float], low: list[float], high: list[float]) -> PeriodicBranch:
-    made: Any = SimpleNamespace(values=np.array(values), periods=np.array(periods), low=np.array(low), high=np.array(high))
-    seed: Any = None
-    return PeriodicBranch(seed, None, made)
+    arrays = {"values": values, "periods": periods, "low": low, "high": high}
+    return replace(followed().branches[0], **{name: np.array(row) for name, row in arrays.items()})  # type: ignore[arg-type]
 
 
 def stable_ranges(stable: list[int], special: str = "", closed: bool = False, backward: bool = True, last: float = 6.0) -> Any:
@@ -89,10 +86,9 @@ def stable_ranges(stable: list[int], special: str = "", closed: bool = False, ba
     (known,) = followed().branches
     values, unstable, special = np.array([3.0, 1.0, 2.0, 5.0, 4.0]), 1 - np.array(stable), special or "0" * len(stable)
     kinds = tuple("torus" if mark == "1" else "" for mark in special)
-    end = replace(known.onward.end, parameter=last, kind=CLOSED_BRANCH if closed else RANGE)
-    onward = replace(known.onward, values=values, unstable=unstable, kinds=kinds, end=end)
-    before = replace(onward, values=values[:1], unstable=unstable[:1], kinds=kinds[:1], end=replace(end, parameter=0.5))
-    return PeriodicBranch(known.seed, before if backward else None, onward).stable_ranges
+    end = replace(known.ends[-1], parameter=last, kind=CLOSED_BRANCH if closed else RANGE)
+    ends = (replace(end, parameter=0.5), end) if backward else (end,)
+    return replace(known, values=values, unstable=unstable, kinds=kinds, ends=ends).stable_ranges
 
 
 def test_ranges_of_stable_orbits_go_to_the_ends_of_the_branch() -> None:
@@ -144,10 +140,10 @@ def test_a_first_orbit_on_a_known_branch_is_not_followed_again(monkeypatch: pyte
 
     def half(_c: Any, _s: Any, onward: bool, _w: Any) -> Any:
         calls.append(onward)
-        return known.onward
+        return known
 
     monkeypatch.setattr(orbit_diagram, "_half_branch", half)
-    beside = replace(known.seed, value=float(known.whole_array("values")[4]), period=float(known.whole_array("periods")[4]))
+    beside = replace(known.seed, value=float(known.values[4]), period=float(known.periods[4]))
     assert _finished(case, beside, findings).branches == (known,) and calls == []
     other = replace(known.seed, value=-0.2, period=9.0)
     made = _finished(case, other, findings)
@@ -167,9 +163,8 @@ def test_branches_that_cross_either_half_of_one_are_followed(monkeypatch: pytest
 
     def half(_c: Any, seed: Any, onward: bool, _w: Any) -> Any:
         calls.append((seed.origin, onward))
-        part = known.onward
         away = 10.0 * len(calls)  # another branch each time
-        return replace(part, values=part.values + away, offshoots=offshoots.get((seed.origin, onward), ()))
+        return replace(known, seed=seed, values=known.values + away, offshoots=offshoots.get((seed.origin, onward), ()))
 
     monkeypatch.setattr(orbit_diagram, "_half_branch", half)
     made = _finished(case_of(), replace(first, origin="first"), OrbitFindings())
@@ -281,7 +276,7 @@ def test_of_mirror_images_beside_a_branch_point_one_is_followed(
 
 
 def diagram() -> BranchCase:
-    return BranchCase.of(EQUATIONS, "p", BOUNDS, BranchSettings(points=1, ranges=RANGES))
+    return BranchCase.of(EQUATIONS, "p", BOUNDS, points=1, ranges=RANGES)
 
 
 def test_states_that_are_not_followed_are_said_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -295,6 +290,18 @@ def test_states_that_are_not_followed_are_said_once(monkeypatch: pytest.MonkeyPa
     }
     again = BranchFindings(omissions=found.omissions).with_branch("singular", f"p = {diagram().values[0]:.6g}", None)
     assert again.omissions == found.omissions
+
+
+def test_a_search_that_is_impossible_is_recorded_with_its_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    def lost(*_: Any) -> None:
+        raise RunError("singular everywhere")
+
+    monkeypatch.setattr(SystemEquilibria, "find_equilibria", lost)
+    *_, found = follow_branches(diagram(), Work())
+    assert [(s.value, s.failure, s.points, s.complete) for s in found.searches] == [
+        (value, "singular everywhere", (), False) for value in diagram().values
+    ]
+    assert found.branches == found.omissions == () and not found.knows_all_states
 
 
 def test_curves_that_are_not_followed_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -313,24 +320,18 @@ def test_curves_that_are_not_followed_are_said(monkeypatch: pytest.MonkeyPatch) 
 def test_a_whole_branch_has_its_first_orbit_once() -> None:
     """Backwards in reverse, without it."""
 
-    def half(*values: float) -> Any:
-        return SimpleNamespace(
-            values=np.array(values), logarithms=np.array([values, values]), kinds=tuple(map(str, values)),
-            hidden_points=values, stored_orbits=values,
+    def half(*values: Any) -> PeriodicBranch:
+        return replace(
+            followed().branches[0], values=np.array(values), logarithms=np.array([values, values]),
+            kinds=tuple(map(str, values)), hidden_points=values, stored_orbits=values, ends=values[-1:], offshoots=values[-1:],
         )  # fmt: skip
 
-    seed: Any = None
-    branch = PeriodicBranch(seed, half(0.0, -1.0, -2.0), half(0.0, 1.0))
-    assert branch.whole_array("values").tolist() == [-2.0, -1.0, 0.0, 1.0]
-    assert branch.whole_array("logarithms").tolist() == [[-2.0, -1.0, 0.0, 1.0]] * 2
+    branch: Any = half(0.0, 1.0).with_backward(half(0.0, -1.0, -2.0))
+    assert branch.values.tolist() == [-2.0, -1.0, 0.0, 1.0]
+    assert branch.logarithms.tolist() == [[-2.0, -1.0, 0.0, 1.0]] * 2
     assert branch.kinds == ("-2.0", "-1.0", "0.0", "1.0")
     assert branch.hidden_points == branch.stored_orbits == (-2.0, -1.0, 0.0, 1.0)
-    assert branch.parts == (branch.backward, branch.onward)
-    alone = PeriodicBranch(seed, None, half(0.0, 1.0))
-    assert (
-        alone.whole_array("values").tolist() == [0.0, 1.0] and alone.kinds == ("0.0", "1.0") and alone.parts == (alone.onward,)
-    )
-    assert alone.hidden_points == alone.stored_orbits == (0.0, 1.0)
+    assert (branch.ends, branch.offshoots, branch.seed) == ((-2.0, 1.0), (1.0, -2.0), half(0.0).seed)
 
 
 def test_the_share_of_the_work_of_each_second_value(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -351,6 +352,6 @@ def test_the_share_of_the_work_of_each_second_value(monkeypatch: pytest.MonkeyPa
     work: Any = SimpleNamespace(part=lambda *given: given, report=lambda _: None)
     for plane, half in ((None, 1.0), ("plane", 0.5)):
         parts.clear()
-        case: Any = SimpleNamespace(states_by_second_value=((1.0, "a"), (2.0, "b")), plane=plane, steady_states="a")
+        case: Any = SimpleNamespace(states_by_second_value={1.0: "a", 2.0: "b"}, plane=plane, steady_states="a")
         assert list(follow_branches(case, work))[-1].complete
         assert parts == [("1.0", 0.0, half / 2), ("2.0", half / 2, half)]

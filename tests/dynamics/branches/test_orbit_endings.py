@@ -12,8 +12,8 @@ import sympy as sp
 
 from wucht.dynamics.branches import orbit_endings
 from wucht.dynamics.branches.first_orbits import SeedOrbit
-from wucht.dynamics.branches.orbit_endings import connection_time, follow_to_end
-from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
+from wucht.dynamics.branches.orbit_endings import branch_to_end, connection_time
+from wucht.dynamics.branches.orbit_problem import OrbitProblem
 from wucht.errors import RunError
 from wucht.files.user_system import UserSystem
 from wucht.numerics.continuation.equations import EquilibriumEquations
@@ -140,7 +140,7 @@ def test_the_fold_ahead(monkeypatch: pytest.MonkeyPatch, at: float, x: float, wa
 
 def motion_of(system: System, bounds: tuple[float, float]) -> Any:
     of = UserSystem(system, {"p": 1.0}, "equations")
-    return SimpleNamespace(subject=OrbitProblem.of(of, "p", bounds, OrbitSettings()))
+    return SimpleNamespace(subject=OrbitProblem.of(of, "p", bounds))
 
 
 CIRCLE = System((X, Y), ((P - X**2 - Y**2) * X - Y, (P - X**2 - Y**2) * Y + X), (P,))
@@ -219,7 +219,7 @@ def end_of(
     motion: Any = SimpleNamespace(subject=Subject())
     seed: Any = None
     monkeypatch.setattr(SeedOrbit, "from_cycle", lambda _cycles, last, _begun, both_ways: last)
-    end = follow_to_end(motion, seed, way, lambda: None)
+    end = branch_to_end(motion, seed, way, lambda: None).end
     assert end.last is not None
     return end.kind, end.value, end.last.period, looked
 

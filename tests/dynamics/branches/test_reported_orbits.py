@@ -16,7 +16,7 @@ from wucht.dynamics.branches.equilibrium_branches import StabilityLevel, stabili
 from wucht.dynamics.branches.orbit_branches import StoredOrbit
 from wucht.dynamics.branches.orbit_diagram import _exponents, _values_to_report, reported_orbit
 from wucht.dynamics.branches.second_parameter import crossing_pieces
-from wucht.dynamics.branches.steady_states import BranchSettings, Kind
+from wucht.dynamics.branches.steady_states import Kind
 from wucht.files.building import machine_from
 from wucht.numerics.collocation.mesh import Mesh
 
@@ -77,7 +77,7 @@ def test_by_default_the_middles_of_tenths_are_reported() -> None:
     regular = [SimpleNamespace(value=v, kind="") for v in (0.0, 10.0)]
     torus = SimpleNamespace(value=4.9, kind="torus")
     stored_orbits = [regular[0], torus, regular[1]]
-    branch: Any = SimpleNamespace(whole_array=lambda name: np.array([10.0, 0.0, 4.0]), stored_orbits=stored_orbits)
+    branch: Any = SimpleNamespace(values=np.array([10.0, 0.0, 4.0]), stored_orbits=stored_orbits)
     case: Any = SimpleNamespace(values=None)
     targets = _values_to_report(case, branch)
     assert [value for value, _ in targets] == pytest.approx([0.5, 1.5, 2.5, 3.5, 4.5, 4.9, 5.5, 6.5, 7.5, 8.5, 9.5])
@@ -95,7 +95,7 @@ def states(sense: float = 1.0, second: float = 0.05) -> AveragedEquilibria:
         ],
         "drive": {"on": "d", "kind": "linear", "slope": 0.1, "no_load_speed": sense * 300.0},
     })  # fmt: skip
-    return AveragedEquilibria.of(machine, "d.unbalance", (1e-3, 9e-3), BranchSettings())
+    return AveragedEquilibria.of(machine, "d.unbalance", (1e-3, 9e-3))
 
 
 @pytest.mark.parametrize(
@@ -120,8 +120,8 @@ def test_steady_states_by_name(first: float, second: float, psi: float | None, d
 def test_the_speed_is_drawn_with_its_sign(sense: float) -> None:
     of = states(sense)
     speed = [200.0 if n == "d.speed" else 0.5 for n in of.names]
-    ordinates = of.ordinates(np.array([*speed, 4e-3])[:, None])
-    assert ordinates.speed == pytest.approx([sense * 200.0]) and ordinates.amplitude[0] > 0
+    point = np.array([*speed, 4e-3])[:, None]
+    assert of.ordinate(point) == pytest.approx([sense * 200.0]) and of.amplitude(point)[0] > 0
     assert of.fastest == pytest.approx(300.0, rel=1e-2) and of.limits == pytest.approx((1e-3 * of.fastest, 1.01 * of.fastest))
 
 

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.branches import orbit_endings
-from wucht.dynamics.branches.ending_curves import ParameterPlane, curves_between
+from wucht.dynamics.branches.ending_curves import curves_between
+from wucht.dynamics.branches.ending_map_case import EndingMapCase
 from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding
 from wucht.errors import RunError
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
-
-PLANE = ParameterPlane(("p", "x", "y"), ((0.1, 0.2), (10.0, 20.0), (-2.0, 2.0)))
 
 
 def place(x: float, y: float, kind: str, **more: Any) -> OrbitEnding:
@@ -46,8 +45,9 @@ def test_a_curve_is_looked_for_along_the_third_parameter(monkeypatch: pytest.Mon
     seed: Any = SimpleNamespace(winding="winding", scale="scale", longest="longest")
     connected = place(12.5, 1.0, SADDLE_CONNECTION, last=seed, equilibrium=np.zeros(2))
     motion: Any = Asked()
-    found = curves_between(motion, PLANE, connected, place(*other, SADDLE_NODE_ON_ORBIT), lambda _: None)
-    assert found.omissions == ("near x = 12.5, y = 1: enough was asked",)
+    case = EndingMapCase(("p", "x", "y"), ((0.1, 0.2), (10.0, 20.0), (-2.0, 2.0)), motion, 2, None)  # type: ignore[arg-type]
+    found = curves_between(case, connected, place(*other, SADDLE_NODE_ON_ORBIT), lambda _: None)
+    assert found == ("near x = 12.5, y = 1: enough was asked",)
     assert asked == [
         ("with_values", {"x": 12.5, "y": 1.0}),
         ("orbits", "the equations there", "winding", "scale", "longest"),

@@ -15,11 +15,9 @@ import sympy as sp
 import wucht
 from wucht.dynamics.branches import state_map, state_rows
 from wucht.dynamics.branches.modulated_motion import ReachedMotions
-from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.plane_regions import COINCIDE, PlaneCurve, PlanePoint
 from wucht.dynamics.branches.state_map import StateFindings, StateMapCase, extended_curves, map_states
-from wucht.dynamics.branches.state_rows import NoOrbit, OrbitRow, orbit_curve
-from wucht.dynamics.branches.steady_states import BranchSettings
+from wucht.dynamics.branches.state_rows import OrbitRow, orbit_curve
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
 from wucht.numerics.periodic.cycle import BRANCH_POINT, FOLD
@@ -32,12 +30,11 @@ GROWTH = P + S * SQUARE - SQUARE**2
 FORM = System((X, Y), (X * GROWTH - Y, Y * GROWTH + X), (P, S))
 EQUATIONS = wucht.UserSystem(FORM, {"p": 0.1, "s": 1.0})
 RANGES = {"x": (-2.0, 2.0), "y": (-2.0, 2.0)}
-STEADY, ORBITS = BranchSettings(ranges=RANGES), OrbitSettings(ranges=RANGES)
 PLANE = (-0.6, 0.5), (0.5, 1.3)
 
 
 def case_of(plane: Any = PLANE, cells: int = 2) -> StateMapCase:
-    return StateMapCase.of(EQUATIONS, ("p", "s"), plane, cells, STEADY, ORBITS)
+    return StateMapCase.of(EQUATIONS, ("p", "s"), plane, cells, ranges=RANGES)
 
 
 @cache
@@ -48,7 +45,7 @@ def mapped() -> list[StateFindings]:
 def test_a_row_of_motions_from_its_fold_to_where_it_begins() -> None:
     """Both rows, along the branch: it begins at the Hopf point, turns at -s^2/4, and leaves the range at 0.5."""
     last = mapped()[-1]
-    low, high, _ = last.orbit_rows
+    low, high, _ = last.orbits
     assert (low.second, high.second) == pytest.approx((0.7, 1.1))
     for row in (low, high):
         s = row.second
@@ -119,7 +116,7 @@ def test_stages_of_the_map() -> None:
 def test_a_parameter_that_changes_nothing_is_refused() -> None:
     system = System(FORM.states, FORM.derivatives, (P, S, IDLE))
     equations = wucht.UserSystem(system, {"p": 0.1, "s": 1.0, "idle": 1.0})
-    assert StateMapCase.of(equations, ("p", "idle"), PLANE, 2, STEADY, ORBITS).motion is not None
+    assert StateMapCase.of(equations, ("p", "idle"), PLANE, 2, ranges=RANGES).motion is not None
     motion = case_of().motion
     assert motion is not None
     with pytest.raises(InputError) as refused:
@@ -137,14 +134,14 @@ def test_a_motion_at_other_values() -> None:
 
 def test_a_special_orbit_whose_curve_cannot_be_followed_is_said() -> None:
     """A fold where the branch has none: it is not on it."""
-    row = mapped()[-1].orbit_rows[0]
+    row = mapped()[-1].orbits[0]
     wrong = replace(row.special[0], value=-0.05)
     with pytest.raises(RunError, match="the special orbit could not be recomputed"):
         orbit_curve(case_of().motion_at(row.second), case_of().second(row.second), row, wrong)
 
 
 # What follows is of findings as they might be.
-NONE = NoOrbit(0.0, "none")
+NONE = "none"
 
 
 def row_at(second: float, *special: tuple[str, float], sides: tuple[Any, ...] = (), winding: int = 0) -> OrbitRow:
@@ -186,9 +183,9 @@ def finished(generator: Any) -> tuple[list[StateFindings], StateFindings]:
 def test_rows_of_motions_begin_in_the_middle_each_with_its_neighbour(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = list[tuple[float, float | None]]()
 
-    def row(second: float, near: Any) -> NoOrbit:
+    def row(second: float, near: Any) -> OrbitRow:
         asked.append((second, None if near is None else near.second))
-        return NoOrbit(second, "")
+        return row_at(second)
 
     case, orbits_at = bare(4, row)
     monkeypatch.setattr(StateMapCase, "orbits_at", orbits_at)
@@ -283,13 +280,13 @@ def test_motions_that_runs_reach_and_no_row_has_are_followed(monkeypatch: pytest
     def row(second: float, near: Any, given: Any) -> Any:
         asked.append((second, getattr(near, "second", None), [s.winding[0] for s in given]))
         winding = given[0].winding[0] if given else near.whole.winding[0]
-        return NoOrbit(second, "") if (second, winding) == (2.5, 2) else row_at(second, winding=winding)
+        return NONE if (second, winding) == (2.5, 2) else row_at(second, winding=winding)
 
     at = (reached(0.2, 0.5, 1), reached(0.6, 1.5, 2), reached(0.4, 1.5, 1), reached(0.6, 1.5, 1), reached(0.2, 2.5, 0))
     last = further(monkeypatch, StateFindings(runs_by_place=at, orbits=(row_at(2.5, winding=0),)), row)
     one = [(1.5, None, [1, 1]), (2.5, 1.5, []), (0.5, 1.5, [1])]
     assert asked == [*one, (1.5, None, [2]), (2.5, 1.5, []), (0.5, 1.5, [])]
-    assert last.omissions == () and [r.second for r in last.orbits] == [2.5, *[second for second, _, _ in asked]]
+    assert last.omissions == () and [r.second for r in last.orbits] == [2.5, 1.5, 2.5, 0.5, 1.5, 0.5]
 
 
 def test_where_bodies_keep_together_no_further_motions_are_followed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -299,9 +296,9 @@ def test_where_bodies_keep_together_no_further_motions_are_followed(monkeypatch:
 
 
 def test_a_motion_that_is_followed_nowhere_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    last = further(monkeypatch, StateFindings(runs_by_place=(reached(0.4, 1.5, 3),)), lambda second, *_: NoOrbit(second, ""))
+    last = further(monkeypatch, StateFindings(runs_by_place=(reached(0.4, 1.5, 3),)), lambda *_: NONE)
     assert last.omissions == ("the modulated motion reached by runs, such as a run of 3, is not followed over the plane",)
-    assert [r.second for r in last.orbits] == [1.5]
+    assert last.orbits == ()
 
 
 def test_curves_of_lost_stability_go_on_through_rows_to_a_crossing() -> None:
@@ -312,7 +309,7 @@ def test_curves_of_lost_stability_go_on_through_rows_to_a_crossing() -> None:
         row_at(y, (BRANCH_POINT, x), ("fold", 0.9)) for x, y in ((0.8, 2.5), (0.7, 2.1), (0.5, 1.5), (0.3, 0.5), (0.35, 0.8))
     )
     crossings = PlanePoint(COINCIDE, 0.85, 2.9), PlanePoint(COINCIDE, 0.1, 2.4), PlanePoint(COINCIDE, 0.15, 0.1)
-    findings = StateFindings(orbits=(*rows, NONE), crossings=crossings, orbit_curves=(curve, fold))
+    findings = StateFindings(orbits=rows, crossings=crossings, orbit_curves=(curve, fold))
     made, same = extended_curves(bare(), findings)
     assert same is fold
     assert made.x.tolist() == [0.15, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85]
@@ -328,7 +325,7 @@ def test_what_only_rows_at_the_same_value_explain() -> None:
     """Runs that reach an orbit at 0.5, where there is no row; at 1.5, where its row ends before; at 2.5, where one has it."""
     at = (reached(0.2, 0.5, 1), reached(2.0, 1.5, 1), reached(0.2, 1.5, 2, 1), reached(0.2, 2.5, 1))
     rows = tuple(row_at(y, winding=1) for y in (1.5, 2.5))
-    left = state_map._unexplained_orbits(StateFindings(runs_by_place=at, orbits=(*rows, NONE)))
+    left = state_map._unexplained_orbits(StateFindings(runs_by_place=at, orbits=rows))
     assert [(y, orbit.winding[0]) for y, orbit in left] == [(0.5, 1), (1.5, 1), (1.5, 2)]
 
 
@@ -341,9 +338,9 @@ def test_a_place_in_each_region_that_has_none_with_the_nearest_row(monkeypatch: 
         yield findings
         return findings
 
-    def orbit_row(_: Any, work: Work, second: float, near: Any, *__: Any) -> NoOrbit:
+    def orbit_row(_: Any, work: Work, second: float, near: Any, *__: Any) -> str:
         done.append(("row", round(second, 2), near.second, work.name))
-        return NoOrbit(second, "")
+        return NONE
 
     def with_runs(
         _: Any, findings: StateFindings, work: Work, values: list[float], second: float, share: float
@@ -365,7 +362,7 @@ def test_a_place_in_each_region_that_has_none_with_the_nearest_row(monkeypatch: 
         for name in [f"place {k}/"]
         for step in (("steady", y, 1, name, name), ("row", y, near, name), ("runs", 1, y, 0.9, name))
     ]
-    assert [type(row) for row in last.orbits] == [OrbitRow] * 3 + [NoOrbit] * 2
+    assert last.orbits == findings.orbits and last.omissions == ()
 
 
 def test_runs_are_reported_between_curves_and_orbits(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -394,7 +391,7 @@ def test_curves_of_orbits_are_those_of_all_equations(monkeypatch: pytest.MonkeyP
         asked.append((subject.system, subject.path, subject.bounds, seed.longest))
         raise RunError("enough")
 
-    motion, row = case_of().motion_at(0.7), mapped()[-1].orbit_rows[0]
+    motion, row = case_of().motion_at(0.7), mapped()[-1].orbits[0]
     other = replace(
         motion.subject, system=System(FORM.states, (*FORM.derivatives[:1], FORM.derivatives[1] + P), FORM.parameters)
     )

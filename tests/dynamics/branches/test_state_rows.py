@@ -101,7 +101,9 @@ def test_beyond_the_point_where_it_is_lost_a_state_is_not_stable() -> None:
     row = steady_row(
         3.0, [lost, EquilibriumBranch(unknowns, everywhere, ("", "", ""), ("range", "range"))], np.array([0.5, 1.5])
     )
-    assert row.stable == (("2 stable states",), ("one stable state",))
+    assert [(place.x, place.y, place.names) for place in row] == [
+        (0.5, 3.0, ("2 stable states",)), (1.5, 3.0, ("one stable state",))
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("value", "state"), [(0.05, 0), (0.06, 2), (0.24, 2), (0.26, 1), (0.6, 1), (0.65, 0), (0.7, 0)])
@@ -115,8 +117,8 @@ def test_steady_states_at_a_point_of_a_branch_and_beside_it() -> None:
     exponents = np.array([[-1.0, -1.0, 1.0, 1.0, -1.0, -1.0]], complex)
     branch = EquilibriumBranch(np.array([np.zeros(6), np.arange(6.0)]), exponents, ("",) * 6, ("", ""))
     found = steady_row(7.0, [branch], np.array([0.0, 0.5, 1.0, 1.5, 2.5, 3.5, 4.5, 5.0, 5.5]))
-    counts = [len(one) for one in found.stable]
-    assert counts == [1, 1, 1, 0, 0, 0, 1, 1, 0] and found.second == 7.0
+    counts = [len(place.names) for place in found]
+    assert counts == [1, 1, 1, 0, 0, 0, 1, 1, 0] and {place.y for place in found} == {7.0}
 
 
 def test_a_special_orbit_is_the_one_of_its_kind_at_its_value() -> None:

@@ -15,12 +15,13 @@ import wucht
 from wucht.analysis.configurations.closed_form import State
 from wucht.dynamics.branches import equilibrium_branches, first_orbits, steady_states
 from wucht.dynamics.branches.averaged_equilibria import AveragedEquilibria
+from wucht.dynamics.branches.bifurcation_diagram import BranchCase
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch, describe_end, is_duplicate
 from wucht.dynamics.branches.first_orbits import orbit_near
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion
-from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
+from wucht.dynamics.branches.orbit_problem import OrbitProblem
 from wucht.dynamics.branches.second_parameter import SecondParameter, curve_through
-from wucht.dynamics.branches.steady_states import BranchSettings, Kind, SystemEquilibria
+from wucht.dynamics.branches.steady_states import Kind, SystemEquilibria
 from wucht.errors import RunError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
@@ -32,11 +33,11 @@ TABLE = "drozdetskaya-2020/table-5.1"
 
 
 def cusp() -> SystemEquilibria:
-    return SystemEquilibria.of(CUSP, "p", (-2.0, 2.0), BranchSettings(ranges={"x": (-2.0, 2.0)}))
+    return SystemEquilibria.of(CUSP, "p", (-2.0, 2.0), {"x": (-2.0, 2.0)})
 
 
 def table(**settings: Any) -> AveragedEquilibria:
-    return AveragedEquilibria.of(load_machine(TABLE), "u", (0.5, 4.0), BranchSettings(**settings))
+    return AveragedEquilibria.of(load_machine(TABLE), "u", (0.5, 4.0), **settings)
 
 
 def test_what_a_machine_draws_in_words() -> None:
@@ -64,10 +65,10 @@ def test_a_phase_with_units_is_in_radians() -> None:
         ],
         "drive": {"on": "drum", "kind": "linear", "slope": 0.01, "no_load_speed": 200.0},
     })  # fmt: skip
-    show = next(n for n in AveragedEquilibria.of(machine, "drive.slope", (0.01, 0.02), BranchSettings()).names if "phase" in n)
-    states = AveragedEquilibria.of(machine, "drive.slope", (0.01, 0.02), BranchSettings(show=show))
+    show = next(n for n in AveragedEquilibria.of(machine, "drive.slope", (0.01, 0.02)).names if "phase" in n)
+    states = AveragedEquilibria.of(machine, "drive.slope", (0.01, 0.02), show=show)
     assert (states.labels.unit, states.labels.ordinate) == ("rad", "phase of ball")
-    none = AveragedEquilibria.of(machine, "drive.no_load_speed", (-100.0, 200.0), BranchSettings()).find_equilibria(0.0)
+    none = AveragedEquilibria.of(machine, "drive.no_load_speed", (-100.0, 200.0)).find_equilibria(0.0)
     assert none.points == () and none.families == () and "nothing drives the machine there" in str(none)
 
 
@@ -79,7 +80,7 @@ def test_phases_of_a_state_are_those_to_the_main_rotor_of_bodies_on_the_others_t
         "bodies": [exciter | {"name": "first"}, exciter | {"name": "second"}, ball],
         "drives": [{"on": on, "kind": "linear", "slope": 0.01, "no_load_speed": 200.0} for on in ("first", "second")],
     })  # fmt: skip
-    states = AveragedEquilibria.of(machine, "carrier.damping", (100.0, 300.0), BranchSettings())
+    states = AveragedEquilibria.of(machine, "carrier.damping", (100.0, 300.0))
     assert states.model_at(200.0).torques.names == ("first", "second", "ball")
     there = State(190.0, np.array([0.0, 1.0, 3.0]))
     assert states.state(states.point(there, 200.0)).phases == pytest.approx(there.phases)
@@ -88,7 +89,7 @@ def test_phases_of_a_state_are_those_to_the_main_rotor_of_bodies_on_the_others_t
 def test_ranges_of_speeds_and_angles_in_which_steady_states_are_searched() -> None:
     """Of a machine from 0.02 to 1.15 of its fastest speed."""
     machine, states = load_machine(TABLE), table()
-    motion = ModulatedMotion.of(machine, "u", states.bounds, OrbitSettings(together=True), states)
+    motion = ModulatedMotion.of(machine, "u", states.bounds, states, together=True)
     turning, fastest = motion.subject.turning, states.ordinate_size
     assert motion.box[:, turning].tolist() == [[0.0] * turning.sum(), [2 * np.pi] * turning.sum()]
     np.testing.assert_allclose(motion.box[:, ~turning].T, [[0.02 * fastest, 1.15 * fastest]] * (~turning).sum())
@@ -99,10 +100,10 @@ def test_ranges_of_speeds_and_angles_in_which_steady_states_are_searched() -> No
 def test_equations_that_depend_on_time_have_no_equilibria() -> None:
     forced = wucht.UserSystem(System((X,), (P - X + sp.cos(TIME),), (P,)), {"p": 0.0})
     with refused("system", given=None):
-        SystemEquilibria.of(forced, "p", (-1.0, 1.0), BranchSettings(ranges={"x": (-1.0, 1.0)}))
+        SystemEquilibria.of(forced, "p", (-1.0, 1.0), {"x": (-1.0, 1.0)})
     for key, given in (("only", ("together",)), ("inertia", False)):
         with refused(f"study.{key}", given=given):
-            SystemEquilibria.of(CUSP, "p", (-1.0, 1.0), BranchSettings(**{key: given}))  # type: ignore[arg-type]
+            BranchCase.of(CUSP, "p", (-1.0, 1.0), **{key: given})  # type: ignore[arg-type]
 
 
 def test_a_state_that_passes_far_beyond_its_range() -> None:
@@ -163,9 +164,7 @@ def test_branches_that_do_not_switch_have_no_offshoots() -> None:
 
 def test_a_curve_that_cannot_be_followed_says_why() -> None:
     """An equation of one state has no Hopf points."""
-    states = SystemEquilibria.of(
-        replace(CUSP, values={"p": 0.0, "s": -3.0}), "p", (-2.0, 2.0), BranchSettings(ranges={"x": (-2, 2)})
-    )
+    states = SystemEquilibria.of(replace(CUSP, values={"p": 0.0, "s": -3.0}), "p", (-2.0, 2.0), {"x": (-2, 2)})
     with pytest.raises(RunError, match="no pair of complex eigenvalues near this state: there is no Hopf point nearby"):
         curve_through(states, SecondParameter("s", (-4.0, -2.0), -3.0), "hopf", Kind(), np.array([1.9, 0.0]))
 
@@ -199,7 +198,7 @@ def test_a_run_that_fails_is_said_and_one_that_has_not_settled_goes_on(
     monkeypatch.setattr(first_orbits, "is_at_rest", lambda _: False)
     monkeypatch.setattr(first_orbits, "recurrence", lambda *_: SimpleNamespace(turns=np.zeros(1, int), period=0.5))
     monkeypatch.setattr(first_orbits, "cycle_near", lost)
-    problem = OrbitProblem.of(CUSP, "p", (-1.0, 1.0), OrbitSettings())
+    problem = OrbitProblem.of(CUSP, "p", (-1.0, 1.0))
     made = orbit_near(problem, 0.25, np.zeros(1), lambda: None, lambda _: 10.0, runs=3)
     assert made.orbit is None and not made.is_steady
     if fails is None:
@@ -213,9 +212,7 @@ def test_states_are_the_same_but_for_whole_turns_of_angles() -> None:
     """In units of the ranges' widths, 4 and 2; an angle in radians; by name an angle is within a turn."""
     theta = sp.Symbol("theta", real=True)
     system = System((theta, X), (P - sp.sin(theta), -X), (P,), angles=frozenset({theta}))
-    states = SystemEquilibria.of(
-        wucht.UserSystem(system, {"p": 0.5}), "p", (0.0, 2.0), BranchSettings(ranges={"x": (-1.0, 3.0)}, show="x")
-    )
+    states = SystemEquilibria.of(wucht.UserSystem(system, {"p": 0.5}), "p", (0.0, 2.0), {"x": (-1.0, 3.0)}, show="x")
     u, near = np.array([1.0, 0.5, 0.25]), steady_states._SAME
     for k, size in ((0, 1.0), (1, 4.0), (2, 2.0)):
         for way in (1, -1):
@@ -225,5 +222,5 @@ def test_states_are_the_same_but_for_whole_turns_of_angles() -> None:
     assert states.is_same(u, turned) and states.is_same(turned, u) and states.is_same(u, u - 3 * (turned - u))
     assert not states.is_same(u, u + np.array([np.pi, 0.0, 0.0])) and not states.is_same(u, u + np.array([0.0, 2 * np.pi, 0.0]))
     assert states.state_by_name(turned) == {"theta": pytest.approx(1.0), "x": 0.5}
-    assert states.ordinates(u[:, None]).speed.tolist() == [0.5] and states.ordinate_size == 4.0
+    assert states.ordinate(u[:, None]).tolist() == [0.5] and states.ordinate_size == 4.0
     assert states.labels.state == "x" and states.nominal_value == 0.5 and states.equilibria.limits == {1: (-5.0, 7.0)}

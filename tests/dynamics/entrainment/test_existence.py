@@ -14,14 +14,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.entrainment import existence as existence_module
 from wucht.dynamics.entrainment.entrainment_case import AMPLITUDE as SHAKEN
 from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase, swept_parameter
 from wucht.dynamics.entrainment.existence import (
     Continuation,
-    Edge,
     Existence,
-    ExistenceBranch,
     StableRange,
     existence,
     range_around,
@@ -76,8 +75,8 @@ def test_clockwise_it_is_the_mirror_image(speed: float) -> None:
     assert forward.band is not None
     assert backward.band is not None
     width = TORQUE / SLOPE
-    assert (forward.band.low.value, forward.band.high.value) == pytest.approx((W - width, W + width), rel=1e-9)
-    assert (backward.band.low.value, backward.band.high.value) == pytest.approx((-W - width, -W + width), rel=1e-9)
+    assert forward.band.ends == pytest.approx((W - width, W + width), rel=1e-9)
+    assert backward.band.ends == pytest.approx((-W - width, -W + width), rel=1e-9)
     assert backward.slowest_rate == pytest.approx(forward.slowest_rate, rel=1e-9)
     assert backward.phases["rotor"] == pytest.approx(forward.phases["rotor"], rel=1e-9), "in its sense"
 
@@ -103,7 +102,7 @@ def test_of_several_amplitudes_the_least_counts(monkeypatch: pytest.MonkeyPatch)
 
         def stable_ranges(self, _: Any) -> list[Any]:
             def stable(low: float, kind: str) -> Any:
-                return SimpleNamespace(low=SimpleNamespace(value=low), high=SimpleNamespace(kind=kind))
+                return StableRange(0, (low, 9.0), ("fold", kind), np.arange(3))
 
             reached = [stable(low, "range") for low in (3.0, 2.0, 2.5)]
             return [stable(1.0, "fold"), *(reached if len(tried) > 1 else ())]
@@ -137,18 +136,20 @@ def test_of_several_ranges_that_of_the_machine_counts(
 
         def branches(self, *_: Any) -> list[Any]:
             return [
-                SimpleNamespace(values=np.array([low, (low + high) / 2, high]), states=np.array([[0.1] * 3, [W] * 3]))
+                EquilibriumBranch(
+                    np.array([[0.1] * 3, [W] * 3, [low, (low + high) / 2, high]]), np.empty((0, 3)), ("",) * 3, ("", "")
+                )
                 for low, high in ranges
             ]
 
         def stable_ranges(self, _: Any) -> list[StableRange]:
-            return [StableRange(k, *(Edge(end, "fold") for end in ends), np.arange(3)) for k, ends in enumerate(ranges)]
+            return [StableRange(k, ends, ("fold", "fold"), np.arange(3)) for k, ends in enumerate(ranges)]
 
     case = case_of(5.0)
     monkeypatch.setattr(existence_module, "Continuation", Ranges)
     band = existence(case, not_entrained(case), {"rotor": 1.0}, Work()).band
     assert band is not None
-    assert (band.low.value, band.high.value) == expected
+    assert band.ends == expected
 
 
 def case_along(name: str, own: float, *limits: float) -> Any:
@@ -160,7 +161,7 @@ def case_along(name: str, own: float, *limits: float) -> Any:
 
 
 def band(low: float, high: float, kind: str = "fold") -> StableRange:
-    return StableRange(0, Edge(low, kind), Edge(high, "range"), np.array([0]))
+    return StableRange(0, (low, high), (kind, "range"), np.array([0]))
 
 
 def test_the_range_about_a_band() -> None:
@@ -183,11 +184,14 @@ def test_the_threshold_along_the_amplitude_is_where_its_band_begins() -> None:
     assert threshold(case_along(SHAKEN, 1.0, 0.0, 9.0), Existence(band=band(2.0, 9.0)), Work()) is None
 
 
-def branch_of(values: list[float], stable: list[bool], kinds: dict[int, str], closed: bool = False) -> ExistenceBranch:
+def branch_of(values: list[float], stable: list[bool], kinds: dict[int, str], closed: bool = False) -> EquilibriumBranch:
     """Of one phase that falls by 1 a point."""
     names = tuple(kinds.get(k, "") for k in range(len(values)))
-    leaving = np.full(len(values), -1.0 + 0.0j)
-    return ExistenceBranch(np.array(values), -np.arange(float(len(values)))[None, :], np.array(stable), names, leaving, closed)
+    exponents = np.where(stable, -1.0 + 0.0j, 1.0)[None, :]
+    unknowns, end = np.array([-np.arange(float(len(values))), values]), "it is closed" if closed else "the range ends"
+    branch = EquilibriumBranch(unknowns, exponents, names, (end, end))
+    assert branch.stable.tolist() == stable
+    return branch
 
 
 def following() -> Continuation:
@@ -202,31 +206,32 @@ def test_a_stable_stretch_ends_at_the_special_point_beside_it() -> None:
     one = branch_of([1.0, 2.0, 3.0, 4.0, 3.5, 2.5], [True, True, True, True, False, False], {3: "fold"})
     two = branch_of([9.0, 8.0, 7.0, 6.0, 5.0, 4.0], [False, True, True, True, True, True], {1: "hopf"})
     first, second = following().stable_ranges([one, two])
-    assert (first.branch, first.low, first.high) == (0, Edge(1.0, "range"), Edge(4.0, "fold"))
+    assert (first.branch, first.ends, first.kinds) == (0, (1.0, 4.0), ("range", "fold"))
     assert first.points.tolist() == [0, 1, 2]
-    assert (second.branch, second.low, second.high) == (1, Edge(4.0, "range"), Edge(8.0, "hopf"))
+    assert (second.branch, second.ends, second.kinds) == (1, (4.0, 8.0), ("range", "hopf"))
     assert second.points.tolist() == [2, 3, 4, 5]
 
 
 def test_the_end_of_a_short_open_branch_is_not_beside_its_begin() -> None:
     short = branch_of([9.0, 8.0, 7.0, 6.0], [False, True, True, True], {1: "hopf"})
     (stable,) = following().stable_ranges([short])
-    assert (stable.low, stable.high) == (Edge(6.0, "range"), Edge(8.0, "hopf"))
+    assert (stable.ends, stable.kinds) == ((6.0, 8.0), ("range", "hopf"))
 
 
 def test_a_stable_stretch_of_a_closed_branch_is_not_cut_where_it_begins() -> None:
     values = [3.0, 4.0, 5.0, 4.0, 3.0, 2.0, 1.0, 2.0, 3.0]
     stable = [True, True, True, False, False, False, True, True, True]
     (range_,) = following().stable_ranges([branch_of(values, stable, {2: "fold", 6: "fold"}, closed=True)])
-    assert (range_.low, range_.high) == (Edge(1.0, "fold"), Edge(5.0, "fold"))
+    assert (range_.ends, range_.kinds) == ((1.0, 5.0), ("fold", "fold"))
     assert range_.points.tolist() in ([7, 0, 1], [7, 8, 1])
 
 
 def test_without_a_special_point_the_growth_beyond_says_how_stability_ends() -> None:
     for beyond, kind in ((0.1 + 0.0j, "fold"), (0.1 + 2.0j, "hopf")):
         one = branch_of([1.0, 2.0, 3.0], [True, True, False], {})
-        one.leaving[2] = beyond
-        assert following().stable_ranges([one])[0].high == Edge(2.0, kind)
+        one.exponents[0, 2] = beyond
+        (stable,) = following().stable_ranges([one])
+        assert (stable.ends[1], stable.kinds[1]) == (2.0, kind)
 
 
 def test_an_equilibrium_lies_on_a_branch_between_its_points() -> None:
@@ -324,7 +329,7 @@ def test_the_edges_of_a_closed_branch_do_not_depend_on_where_it_begins(begin: in
     kinds = {k: "fold" for k, i in enumerate(order.tolist()) if i in (2, 6)}
     one = branch_of([values[i] for i in order], [stable[i] for i in order], kinds, closed=True)
     (range_,) = following().stable_ranges([one])
-    assert (range_.low, range_.high) == (Edge(1.0, "fold"), Edge(5.0, "fold"))
+    assert (range_.ends, range_.kinds) == ((1.0, 5.0), ("fold", "fold"))
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])

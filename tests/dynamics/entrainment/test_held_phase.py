@@ -11,7 +11,7 @@ import pytest
 
 from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase, swept_parameter
 from wucht.dynamics.entrainment.entrainment_equations import EntrainmentEquations
-from wucht.dynamics.entrainment.existence import Continuation, Edge, StableRange, range_around
+from wucht.dynamics.entrainment.existence import Continuation, StableRange, range_around
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 
@@ -75,10 +75,10 @@ def test_a_range_about_a_band_contains_the_value_of_the_machine(low: float, high
     """A margin on both sides, a share of all that is shown; within the limits."""
     machine = load_machine("sperling-vibration/figure-2a").with_values({"drive.no_load_speed": 7.0})
     case = EntrainmentCase.of(machine, swept_parameter(machine), {}, 25)
-    band = StableRange(0, Edge(low, "fold"), Edge(high, "fold"), np.zeros(0, int))
+    band = StableRange(0, (low, high), ("fold", "fold"), np.zeros(0, int))
     begin, end = range_around(case, band)
     least, most = min(low, 7.0), max(high, 7.0)
     assert least - begin == pytest.approx(end - most) and 0 < least - begin < most - least
-    wide = range_around(case, StableRange(0, Edge(-1e5, "fold"), Edge(1e5, "fold"), np.zeros(0, int)))
+    wide = range_around(case, StableRange(0, (-1e5, 1e5), ("fold", "fold"), np.zeros(0, int)))
     assert wide == case.limits
     assert range_around(case, None) == pytest.approx((0.0, 14.0)), "a hundredth of the limits, or the value itself"

@@ -16,7 +16,7 @@ from wucht.dynamics.exciters.design_search import (
     sobol_points,
 )
 from wucht.dynamics.exciters.design_trials import Candidates, CheckedCandidate, DesignTrials
-from wucht.dynamics.exciters.slow_beats import Beat, Rig
+from wucht.dynamics.exciters.slow_beats import Beat
 from wucht.dynamics.sampling.searches import Variable
 from wucht.dynamics.work import Work
 from wucht.fatigue.counted_cycles import LoadCycles
@@ -38,7 +38,7 @@ def candidates(numbers: np.ndarray, far: np.ndarray) -> Candidates:
     return Candidates(numbers, np.array([far] * 3).T, np.zeros(n, int), np.ones(n), np.ones(n), np.ones(n))
 
 
-TRIALS = Valley(None, (UNIT, WIDE), Rig("displacement", "y", {}, True, 1e-8), 0, 4.0)  # type: ignore[arg-type]
+TRIALS = Valley(None, (UNIT, WIDE), "displacement", "y", {}, True, 1e-8, 0, 4.0)  # type: ignore[arg-type]
 
 
 def test_random_points_lie_in_the_ranges_and_differ_by_their_seed() -> None:
@@ -80,7 +80,7 @@ def test_the_design_is_the_nearest_that_beats() -> None:
     far = [(0.1, 0.1, 0.1), (0.25, 0.75, 0.5), (0.375, 0.5, 0.625), (0.75, 0.625, 0.25), (np.nan,) * 3, (0.25, 0.5, 0.25)]
     none = np.empty(0)
     runs = [
-        CheckedCandidate(none, Beat("modulated"), none, none, np.array(distances), 1.0, "", k != 0, "")
+        CheckedCandidate(none, Beat("modulated"), LoadCycles(none, none, none), np.array(distances), 1.0, "", k != 0, "")
         for k, distances in enumerate(far)
     ]
     assert [nearest_that_beats(runs, metric) for metric in range(3)] == [runs[1], runs[2], runs[3]]

@@ -10,13 +10,13 @@ import pytest
 
 from wucht.dynamics.exciters import design_trials
 from wucht.dynamics.exciters.design_trials import DesignTrials, check_candidate, spectrum_distances
-from wucht.dynamics.exciters.slow_beats import Beat, Rig
+from wucht.dynamics.exciters.slow_beats import Beat
 from wucht.dynamics.sampling.searches import Variable
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.work import Work
 from wucht.fatigue.counted_cycles import LoadCycles
 
-RIG = Rig("displacement", "y", {"p": 0.1}, True, 1e-8)
+RUNS: Any = "displacement", "y", {"p": 0.1}, True, 1e-8
 NARROW, WIDE = (Variable(n, None, (n,), low, high, "", "") for n, low, high in (("a", 2.0, 4.0), ("b", 1.0, 100.0)))
 TARGET = LoadCycles(np.ones(1), np.zeros(1), np.ones(1))
 
@@ -34,7 +34,7 @@ tried = list[list[float]]()
 
 
 def trials(metric: int = 1) -> DesignTrials:
-    return Bowl(None, (NARROW, WIDE), RIG, metric, 4.0)  # type: ignore[arg-type]
+    return Bowl(None, (NARROW, WIDE), *RUNS, metric, 4.0)  # type: ignore[arg-type]
 
 
 def test_shares_of_the_ranges() -> None:
@@ -90,7 +90,7 @@ def test_a_candidate_is_run_over_its_beats(monkeypatch: pytest.MonkeyPatch, outc
     target = LoadCycles(np.array([4.0]), np.zeros(1), np.array([2.0]))
     made = check_candidate(trials(), np.array([3.0, 5.0]), target, 40, Work())
     assert signals == [([3.0, 5.0], {"p": 0.1}, 27.0, 1e-8), ("machine", "displacement", "y")]
-    assert (made.ranges.tolist(), made.counts.sum(), made.duration) == ([3.0], pytest.approx(2.0), 5.5)
+    assert (made.cycles.ranges.tolist(), made.cycles.counts.sum(), made.duration) == ([3.0], pytest.approx(2.0), 5.5)
     assert made.distances == pytest.approx(spectrum_distances(made.cycles, target, 4.0))
     assert (made.outcome, made.beats, made.reason) == (str(outcome), beats, "it burst" if beats else "")
     assert made.slow.begin == 7.0 and made.cycles.largest == 3.0

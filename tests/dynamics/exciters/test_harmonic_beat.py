@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.exciters import slow_beats
-from wucht.dynamics.exciters.slow_beats import Beat, Rig, _interpolate, _unwound
+from wucht.dynamics.exciters.slow_beats import Beat, _harmonic_beat, _interpolate, _settled_period, _unwound
 
 PERIOD, PLACES, SPEED = 4.0, 240, 50.0
 
@@ -40,12 +40,11 @@ def beat(monkeypatch: pytest.MonkeyPatch, depth: float, turns: int = 0, swing: f
         system=SimpleNamespace(output=lambda name: SimpleNamespace(expression=name)),
         averaged_system=SimpleNamespace(bodies=SimpleNamespace(names=("main",))),
     )
-    monkeypatch.setattr(slow_beats, "machine_signal", lambda *_: signal)
     monkeypatch.setattr(slow_beats, "FullMotion", lambda _: lambda at, states, angle: angle)
     speeds = SimpleNamespace(of=lambda *_: lambda at, states, parameters: {"speed": np.full(PLACES, SPEED)})
     monkeypatch.setattr(slow_beats, "Evaluator", speeds)
     motion: Any = Motion(time, np.zeros((1, PLACES + 1)), np.zeros(1))
-    return Rig("displacement", None, {}, True, 1e-9)._harmonic_beat(slow, 7.0, PERIOD, motion)
+    return _harmonic_beat(slow, signal, 7.0, PERIOD, motion)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("turns", "swing"), [(0, 0.0), (0, 0.5), (2, 0.3), (-3, 0.0)])
@@ -106,8 +105,8 @@ def test_a_period_that_has_settled_some_beats_later(
     found = None if again is None else SimpleNamespace(period=2.5, turns=np.array(again))
     monkeypatch.setattr(slow_beats, "recurrence", lambda *_: found)
     slow: Any = SimpleNamespace(system=None, values=lambda: None)
-    rig, before = Rig("displacement", None, {}, True, 1e-9), SimpleNamespace(period=2.0, turns=np.array([0]))
-    result = rig._settled_period(slow, np.zeros(2), before, np.array([True, False]))  # type: ignore[arg-type]
+    before: Any = SimpleNamespace(period=2.0, turns=np.array([0]))
+    result = _settled_period(slow, np.zeros(2), before, np.array([True, False]), 1e-9)
     assert (grids[0][0], grids[0][-1], len(grids[0])) == (0.0, 12.0, 3601)
     assert (result is not None) is settled
     if result is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -86,8 +87,8 @@ def test_what_a_chart_is_given(
 
     monkeypatch.setattr(module, "design_chart", design)
     windows = Windows((0.0, 80.0), (120.0, 160.0), 80.0, 82.0)
-    of = Readings(of.time, of.speed, of.normal, of.time > 120.0, of.before, of.after, of.beating)
-    found = detection_of(of, windows, noise, 1000.0, change, steady)
+    of = replace(of, abnormal=of.time > 120.0, windows=windows)
+    found = detection_of(of, noise, 1000.0, change, steady)
     assert found is not None and found.alarms == "alarms"  # type: ignore[comparison-overlap]
     reference, of_noise, every, normal = designed[0]
     assert reference == pytest.approx(level if level is not None else math.hypot(noise, of.beating) / 2)
@@ -105,18 +106,19 @@ def test_what_a_chart_is_given(
 
 def test_of_many_readings_the_last_ones_are_repeated(monkeypatch: pytest.MonkeyPatch) -> None:
     time = np.arange(1.0, 301.0)
-    of = Readings(time, np.where(time <= 40.0, 50.0, 60.0) + time % 2, time <= 299.0, time > 299.0, 55.0, 60.0, 1.0)
+    speed, windows = np.where(time <= 40.0, 50.0, 60.0) + time % 2, Windows(None, None, 299.0, None)
+    of = Readings(time, speed, time <= 299.0, time > 299.0, 55.0, 60.0, 1.0, windows)
     monkeypatch.setattr(module, "design_chart", lambda *given: SimpleNamespace(alarms=lambda *_: given[3]))
-    found = detection_of(of, Windows(None, None, 299.0, None), 0.1, 1e3, None, True)
+    found = detection_of(of, 0.1, 1e3, None, True)
     assert found is not None and found.learnt == pytest.approx(60.5) and len(found.alarms) == 256  # type: ignore[arg-type]
 
 
 def test_without_a_speed_or_a_later_reading_there_is_no_chart() -> None:
-    of = readings()
-    assert detection_of(of, Windows(None, None, None, None), 1.0, 1e3, None, True) is None
-    assert detection_of(of, Windows(None, None, 160.0, None), 1.0, 1e3, None, True) is None
-    few = Readings(of.time, of.speed, of.normal, of.abnormal, None, of.after, 0.0)
-    assert detection_of(few, Windows(None, None, 80.0, None), 1.0, 1e3, None, True) is None
+    for start in (None, 160.0):
+        of = replace(readings(), windows=Windows(None, None, start, None))
+        assert detection_of(of, 1.0, 1e3, None, True) is None
+    few = replace(readings(), before=None, beating=0.0, windows=Windows(None, None, 80.0, None))
+    assert detection_of(few, 1.0, 1e3, None, True) is None
 
 
 @pytest.mark.parametrize(("certain", "last", "known"), [(True, 0.5, True), (False, 0.5, False), (False, 0.99995, True)])
@@ -210,4 +212,4 @@ def test_too_much_noise_has_no_chart(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(module, "design_chart", none)
     with pytest.raises(RunError, match="too much noise"):
-        detection_of(readings(), Windows((0.0, 80.0), (80.0, 160.0), 80.0, 80.0), 1.0, 1e3, None, True)
+        detection_of(readings(), 1.0, 1e3, None, True)

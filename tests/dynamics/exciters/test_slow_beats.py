@@ -10,7 +10,7 @@ import pytest
 
 from wucht.dynamics.exciters import slow_beats
 from wucht.dynamics.exciters.design_trials import DesignTrials, spectrum_distances
-from wucht.dynamics.exciters.slow_beats import Beat, Rig
+from wucht.dynamics.exciters.slow_beats import Beat, beat_of
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.machine_signals import machine_signal
 from wucht.dynamics.run_ups.observed_loads import load_histories
@@ -21,13 +21,14 @@ from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.fatigue.counting import rainflow
 from wucht.fatigue.cumulative_spectra import amplitude_distance
 from wucht.files.catalogue import load_machine
+from wucht.machines.machine import Machine
 
 MACHINE = load_machine("practice/exciter")
 BEATS = 40
 
 
-def rig(signal: str = "displacement", direction: str | None = None) -> Rig:
-    return Rig(signal, direction, {}, True, 1e-9)
+def found_beat(machine: Machine = MACHINE, signal: str = "displacement") -> Beat:
+    return beat_of(machine, signal, None, {}, True, 1e-9)
 
 
 def counted(signal: str, beat: Beat, model: Literal["full", "slow"]) -> tuple[LoadCycles, float]:
@@ -41,7 +42,7 @@ def counted(signal: str, beat: Beat, model: Literal["full", "slow"]) -> tuple[Lo
 
 @pytest.fixture(scope="module")
 def beat() -> Beat:
-    return rig().beat(MACHINE)
+    return found_beat()
 
 
 def test_it_is_the_orbit_of_the_branch(beat: Beat) -> None:
@@ -58,7 +59,7 @@ def test_it_is_the_orbit_of_the_branch(beat: Beat) -> None:
 @pytest.mark.parametrize("signal", ["displacement", "bearing-force", "acceleration"])
 def test_its_cycles_are_those_of_its_own_run(signal: str) -> None:
     """As many a unit of time to 0.1 %, and amplitudes to 0.6 % of the largest: rainflow pairs neighbours that differ."""
-    found = rig(signal).beat(MACHINE)
+    found = found_beat(signal=signal)
     cycles, time = counted(signal, found, "slow")
     assert found.cycles.total / found.period == pytest.approx(cycles.total / time, rel=1e-3)
     assert amplitude_distance(cycles, found.cycles) < 0.006
@@ -74,16 +75,16 @@ def test_the_full_equations_are_near(beat: Beat) -> None:
 def test_a_run_that_breaks_off_is_no_beat(monkeypatch: pytest.MonkeyPatch) -> None:
     broken = SimpleNamespace(reraise_interrupt=lambda: SimpleNamespace(failure="it burst"))
     monkeypatch.setattr(slow_beats, "integrate", lambda *arguments: broken)
-    beat = rig().beat(MACHINE)
+    beat = found_beat()
     assert (beat.motion, beat.begin, beat.reason) == ("failed", 0.0, "it burst")
 
 
 def test_without_a_beat_it_says_what_is() -> None:
     """Below and above the range in which the modulated motion exists; and a machine that its parts do not allow."""
     for slope in (1e-4, 3.5e-3):
-        assert rig().beat(MACHINE.with_values({"drive.slope": slope})).motion == "steady"
+        assert found_beat(MACHINE.with_values({"drive.slope": slope})).motion == "steady"
     vary = {"p1.mass": {"of": None, "range": [0.1, 2.0]}}
-    trials = DesignTrials(MACHINE, variables_of(MACHINE, vary, False), rig(), 0, 5.0)
+    trials = DesignTrials(MACHINE, variables_of(MACHINE, vary, False), "displacement", None, {}, True, 1e-9, 0, 5.0)
     target = LoadCycles(np.ones(1), np.zeros(1), np.ones(1))
     tried = trials.evaluate(np.array([[-1.0], [1.0]]), target, lambda share: None)
     assert tried.motion.tolist() == [4, 0]

@@ -13,6 +13,6 @@ def test_the_time_of_an_alarm_counts_from_the_failure(failed, begins):
     time = np.linspace(0.0, 20.0, 201)
     angle = 100 * time - np.maximum(time - 9.0, 0.0) ** 2 / 2
     windows = Windows((2.0, 8.0), (14.0, 20.0), 8.0, failed)
-    found = detection_of(readings_of(time, angle, 0.5, windows), windows, 1.0, 200.0, 2.0, steady=False)
+    found = detection_of(readings_of(time, angle, 0.5, windows), 1.0, 200.0, 2.0, steady=False)
     assert (found.begins, found.interval) == pytest.approx((begins, 0.5))
     assert found.curve()[0][:2] == pytest.approx([begins, begins + 0.5])

@@ -5,27 +5,29 @@ import pytest
 
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import MODULATION_THRESHOLD, OUTCOMES, Evidence, Outcome, classify, classify_each
-from wucht.dynamics.verdicts.screening import LastHalf, Screening, screening_of
+from wucht.dynamics.verdicts.screening import Screening, screening_of
 
 TIMES = np.linspace(0.0, 400.0, 160)
 
 
+LastHalf = tuple[float, np.ndarray, np.ndarray, np.ndarray]  # its duration, with speed, phases and residual of two members
+
+
 def screen(half: LastHalf, free: float = np.nan) -> Screening:
-    return screening_of(half, np.full(half.speed.shape[1], free), Noise.of())
+    return screening_of(*half, np.full(2, free), Noise.of())
 
 
 def of(speed: np.ndarray, phase: np.ndarray | None = None, left: np.ndarray | None = None) -> LastHalf:
     """One member twice."""
     phase = np.zeros(len(TIMES)) if phase is None else phase
     left = np.full(len(TIMES), 0.5) if left is None else left
-    return LastHalf(400.0, np.stack([speed] * 2, 1), np.stack([phase] * 2, 1)[None], np.stack([left] * 2, 1))
+    return 400.0, np.stack([speed] * 2, 1), np.stack([phase] * 2, 1)[None], np.stack([left] * 2, 1)
 
 
 @pytest.mark.parametrize("sense", [1, -1])
 def test_a_decay_is_followed_to_its_end(sense: int) -> None:
-    half = of(sense * (1.0 - 1e-3 * np.exp(-TIMES / 100)))
-    rest = screen(half)
-    assert rest.has_settled.all() and (half.sense == sense).all()
+    rest = screen(of(sense * (1.0 - 1e-3 * np.exp(-TIMES / 100))))
+    assert rest.has_settled.all() and (rest.sense == sense).all()
     low, high = rest.evidence.mean_speed
     assert (low <= 1.0).all() and (high >= 1.0).all()  # the end lies between the bounds
     assert (rest.width < 3e-4).all()
@@ -76,7 +78,7 @@ def test_how_far_the_tolerance_keeps_a_motion_at_rest_moving(tolerance: float, l
     Slow equations at 1e-6 ring by 2e-4 of it and do not decay.
     """
     ringing = of(1 + share * limit / 2 * np.cos(2 * np.pi * TIMES / 7.0))
-    still = screening_of(ringing, np.ones(2), Noise.of(tolerance)).still
+    still = screening_of(*ringing, np.ones(2), Noise.of(tolerance)).still
     assert (still == (share < 1)).all()
 
 
@@ -91,8 +93,8 @@ def test_what_leaves_however_small_it_is_yet_is_not_at_rest(growth: float, still
 def test_outcomes_are_those_of_the_same_criteria() -> None:
     """At the free speed or below it, a resonance between, with and without an unbalance that is left: one beside the other."""
     speeds, left = np.array([1.0, 1.0, 0.6, 0.6]), np.array([0.001, 0.5, 0.5, 0.5])
-    half = LastHalf(400.0, np.ones((160, 1)) * speeds, np.zeros((1, 160, 4)), np.ones((160, 1)) * left)
-    evidence = replace(screening_of(half, np.ones(4), Noise.of()).evidence, resonance=np.array([0.7, 0.7, 0.7, np.nan]))
+    half = 400.0, np.ones((160, 1)) * speeds, np.zeros((1, 160, 4)), np.ones((160, 1)) * left
+    evidence = replace(screening_of(*half, np.ones(4), Noise.of()).evidence, resonance=np.array([0.7, 0.7, 0.7, np.nan]))
     outcomes = [OUTCOMES[i] for i in classify_each(evidence)]
     assert outcomes == [Outcome.COMPENSATED, Outcome.PASSED, Outcome.CAPTURED, Outcome.PASSED]
     alone = Evidence(True, (0.6, 0.6), (0.6, 0.6), free_speed=1.0, resonance=0.7, residual=(0.5, 0.5))
@@ -101,7 +103,7 @@ def test_outcomes_are_those_of_the_same_criteria() -> None:
 
 def test_a_modulation_is_not_told_from_samples() -> None:
     half = of(0.6 * (1 + 3 * MODULATION_THRESHOLD * np.cos(2 * np.pi * TIMES / 1.5)))
-    rest = screening_of(half, np.ones(2), Noise.of())
+    rest = screening_of(*half, np.ones(2), Noise.of())
     assert not rest.evidence.is_modulated.is_known.any()
     whole = replace(rest.evidence, has_settled=np.ones(2, bool), resonance=np.full(2, 0.7))
     assert [OUTCOMES[i] for i in classify_each(whole)] == [Outcome.UNIDENTIFIED] * 2

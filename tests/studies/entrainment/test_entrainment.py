@@ -175,7 +175,7 @@ def test_a_closed_branch_is_walked_once() -> None:
     path = Continuation(averaged)
     (branch,) = path.branches([5.5, 6.0, 7.0], None, Work())
     assert branch.is_closed
-    turned = branch.states[0]
+    turned = branch.unknowns[0]
     assert abs(turned[-1] - turned[0]) == pytest.approx(2 * math.pi, abs=1e-9)
     assert len(path.stable_ranges([branch])) == 1
 
@@ -188,9 +188,9 @@ def test_a_branch_ends_at_the_limits() -> None:
     assert len(branches) == 2
     for branch in branches:
         assert not branch.is_closed
-        assert sorted([branch.values[0], branch.values[-1]]) == pytest.approx([5.0, 6.0], abs=1e-12)
+        assert sorted(branch.parameter_values[[0, -1]].tolist()) == pytest.approx([5.0, 6.0], abs=1e-12)
     (stretch,) = path.stable_ranges(branches)
-    assert (stretch.low.kind, stretch.high.kind) == ("range", "range")
+    assert stretch.kinds == ("range", "range")
 
 
 def test_a_band_far_from_the_vibration() -> None:
@@ -206,9 +206,7 @@ def test_a_band_far_from_the_vibration() -> None:
     (stretch,) = path.stable_ranges([branch])
     y = w**2 * 1e-3 / (400 - 1.1 * w**2 + 2j * w)  # the carrier's motion across; its damper brakes, the one along x turns
     brake, torque = 2 * w * abs(y) ** 2 / 2, 1e-3 * w**2 * 1e-3 / 2
-    assert (stretch.low.value, stretch.high.value) == pytest.approx(
-        (w + (brake - torque) / 3e-5, w + (brake + torque) / 3e-5), rel=1e-11
-    )
+    assert stretch.ends == pytest.approx((w + (brake - torque) / 3e-5, w + (brake + torque) / 3e-5), rel=1e-11)
 
 
 def test_a_band_is_found_from_a_value_far_outside_it() -> None:
@@ -221,8 +219,8 @@ def test_a_band_is_found_from_a_value_far_outside_it() -> None:
     (stretch,) = path.stable_ranges(branches)
     w = 2 * math.pi
     width = 0.1 * 0.01 * 1e-3 * w**2 / 2 / 1e-5
-    assert (stretch.low.kind, stretch.high.kind) == ("fold", "fold")
-    assert (stretch.low.value, stretch.high.value) == pytest.approx((w - width, w + width), rel=1e-11)
+    assert stretch.kinds == ("fold", "fold")
+    assert stretch.ends == pytest.approx((w - width, w + width), rel=1e-11)
 
 
 def test_an_undriven_rotor_is_sustained_in_either_sense() -> None:

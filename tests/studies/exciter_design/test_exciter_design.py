@@ -12,7 +12,7 @@ import pytest
 
 import wucht
 from wucht import run_file
-from wucht.dynamics.exciters.slow_beats import Rig
+from wucht.dynamics.exciters.slow_beats import beat_of
 from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.fatigue.cumulative_spectra import amplitude_distance
 
@@ -57,7 +57,7 @@ def test_known_parameters_are_found_from_a_spectrum_of_the_averaged_equations(ma
 
     Where a local search begins does not matter: the three end where the machine was.
     """
-    known = Rig("displacement", None, {}, True, 1e-9).beat(machine.with_values(KNOWN))
+    known = beat_of(machine.with_values(KNOWN), "displacement", None, {}, True, 1e-9)
     asked = wucht.ExciterDesign(
         target=table_of(known.cycles), vary=RANGES, seed=seed, reach=48, evaluations=64, corrections=0, samples=0
     )

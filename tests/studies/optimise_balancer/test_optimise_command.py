@@ -14,7 +14,7 @@ from tests.refusals import check_file, check_refusal
 from wucht import load, run_file
 from wucht import run as ask
 from wucht.cli.options import parse_settings
-from wucht.dynamics.balancers.candidates import evaluate_runs
+from wucht.dynamics.balancers.candidates import evaluate_batch
 from wucht.dynamics.sampling.choice import Scores
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.studies.registry import study_of
@@ -75,7 +75,7 @@ def test_the_file_of_the_catalogue_gives_what_its_notes_say() -> None:
     fresh = replace(trials, samples=256, stream=77)
     rows = [r for r in s["compared"] if r["fails"] == 0]
     numbers = np.array([[r["parameters"][v.name] for v in trials.variables] for r in rows])
-    runs = evaluate_runs(fresh, "full", numbers, lambda _share: None)[1]
+    runs = evaluate_batch(fresh, "full", numbers, lambda _share: None)
     scores = Scores(runs.times, runs.outcome != OUTCOMES.index(Outcome.COMPENSATED))
     k = next(i for i, r in enumerate(rows) if r["parameters"] == recommended["parameters"])
     assert scores.medians[k] == pytest.approx(recommended["settling_time"], abs=3 * recommended["error"])

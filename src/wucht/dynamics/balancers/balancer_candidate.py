@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,11 +13,10 @@ from wucht.dynamics.balancers.candidates import (
     SETTLING,
     BalancerTrials,
     CandidateResults,
-    SettlingRuns,
-    evaluate_runs,
+    evaluate_batch,
 )
 from wucht.dynamics.balancers.damping_optimum import compensated_state
-from wucht.dynamics.balancers.recommendation import CHECK_SAMPLES, CHECK_STREAM, BalancerMerit, Design, fresh_trials
+from wucht.dynamics.balancers.recommendation import BALANCED_SHARE, CHECK_SAMPLES, CHECK_STREAM, Design, failing_shares
 from wucht.dynamics.sampling.ensembles import Report, subprogress
 from wucht.errors import InputError
 
@@ -29,52 +28,40 @@ _CHANCE = 2.6  # standard deviations: a hundredth of what chance does
 
 
 @dataclass(frozen=True)
-class FullCheck:
-    """A candidate in the full equations: its runs, and their evaluation. residual: the least of a stable state, at the worse
-    end of the unbalances, nan: there is none, or it cannot be computed, for the ``reason``."""
-
-    evaluation: CandidateResults
-    runs: SettlingRuns
-    residual: float
-    reason: str = ""
-
-    @property
-    def objectives(self) -> np.ndarray:
-        """Objectives (4,), with the residual of the stable state."""
-        objectives = self.evaluation.objectives[0].copy()
-        objectives[RESIDUAL] = self.residual
-        return np.asarray(objectives)
-
-
-@dataclass(frozen=True)
 class BalancerCandidate:
-    """A candidate: number of bodies, values of the variables (k,), and its evaluation by the search; check: None as long as it
-    is not checked."""
+    """A candidate: number of bodies, values of the variables (k,), and its evaluation by the search. check: by the full
+    equations, None as long as it is not checked. doubt: why that has no residual."""
 
     bodies: int
     numbers: np.ndarray
     evaluation: CandidateResults
-    check: FullCheck | None = None
+    check: CandidateResults | None = None
+    doubt: str = ""
 
     @property
     def results(self) -> CandidateResults:
         """By the check where there is one, else by the search."""
-        return self.evaluation if self.check is None else self.check.evaluation
+        return self.evaluation if self.check is None else self.check
 
     @property
     def objectives(self) -> np.ndarray:
         """Objectives (4,) by the check where there is one, else by the search."""
-        return np.asarray(self.evaluation.objectives[0]) if self.check is None else self.check.objectives
+        return np.asarray(self.results.objectives[0])
 
     @property
     def checked_objectives(self) -> np.ndarray:
         """Objectives (4,) by the check, nan where there is none."""
-        return np.full(4, np.nan) if self.check is None else self.check.objectives
+        return np.full(4, np.nan) if self.check is None else np.asarray(self.check.objectives[0])
 
     @property
-    def merit(self) -> BalancerMerit:
-        """What counts for a recommendation."""
-        return BalancerMerit.of(self.bodies, float(self.results.objectives[0, SETTLING]), self.results.outcomes[0])
+    def most_failing(self) -> float:
+        """The share of the runs that do not end compensated, at most."""
+        return failing_shares(self.results.outcomes[0])[1]
+
+    @property
+    def balances(self) -> bool:
+        """True if more than half of the runs end compensated."""
+        return 1 - self.most_failing > BALANCED_SHARE
 
     @property
     def design(self) -> Design:
@@ -95,15 +82,21 @@ class BalancerCandidate:
             return np.asarray(np.nan_to_num(abs(self.objectives - ours.objectives[0]) / tolerances, nan=np.inf))
 
 
-def verify_candidate(trials: BalancerTrials, numbers: np.ndarray, report: Report) -> FullCheck:
-    """Check a candidate (k,) in the full equations, from other phases: the search has adapted it to those of its runs."""
-    fresh = fresh_trials(trials, CHECK_SAMPLES * trials.samples, CHECK_STREAM)
-    evaluation, runs = evaluate_runs(fresh, "full", numbers[None], subprogress(report, 0.0, _RUNS))
+def verify_candidate(trials: BalancerTrials, numbers: np.ndarray, report: Report) -> tuple[CandidateResults, str]:
+    """Check a candidate (k,) in the full equations, from other phases: the search has adapted it to those of its runs.
+
+    Its residual is the least of a stable state, at the worse end of the unbalances; nan: there is none, or it cannot be
+    computed, for the reason that is returned, too.
+    """
+    fresh = replace(trials, samples=CHECK_SAMPLES * trials.samples, stream=CHECK_STREAM)
+    check = evaluate_batch(fresh, "full", numbers[None], subprogress(report, 0.0, _RUNS))
+    check.objectives[0, RESIDUAL] = np.nan
     residuals, machine = list[float](), trials.candidate_machine(numbers.tolist())
     for end in dict.fromkeys(trials.ends):
         try:
             state = compensated_state(machine.with_values({trials.unbalance: end}), full=True)
         except InputError as error:
-            return FullCheck(evaluation, runs, np.nan, error.explanation)
+            return check, error.explanation
         residuals.append(np.nan if state is None or state.residual is None else state.residual)
-    return FullCheck(evaluation, runs, float(np.max(residuals)))
+    check.objectives[0, RESIDUAL] = np.max(residuals)
+    return check, ""

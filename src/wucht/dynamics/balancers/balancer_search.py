@@ -10,9 +10,10 @@ from typing import Literal
 
 import numpy as np
 
-from wucht.dynamics.balancers.balancer_candidate import BalancerCandidate, FullCheck, verify_candidate
+from wucht.dynamics.balancers.balancer_candidate import BalancerCandidate, verify_candidate
 from wucht.dynamics.balancers.candidates import (
     CAPTURE,
+    SETTLING,
     BalancerTrials,
     CandidateResults,
     evaluate_candidates,
@@ -114,7 +115,7 @@ class BalancerSearch:
             activity = f"{self.runs} run-ups at most before the recommendation, integrated one by one, which takes long"
         evaluation = evaluate_candidates(trials, self.model, no_values[None], work.part("", 0.0, 0.5), activity)
         ((_, check),) = work.part("", 0.5, 1.0).units({"full": partial(verify_candidate, trials, no_values)}, activity)
-        return BalancerCandidate(len(balancer_names(self.machine)), self.numbers, evaluation, check)
+        return BalancerCandidate(len(balancer_names(self.machine)), self.numbers, evaluation, *check)
 
     def follow_curve(self, work: Work) -> DampingCurve | None:
         """Return the settling time over the damping of all bodies; None where it is not asked for."""
@@ -169,16 +170,17 @@ class BalancerSearch:
         )
         return np.asarray(evaluation.is_allowed & ~more)
 
+    def _eligible_candidates(self, evaluations: Evaluations, as_it_is: BalancerCandidate) -> list[BalancerCandidate]:
+        return [
+            BalancerCandidate(count, evaluation.numbers[k], evaluation.pick(k))
+            for count, evaluation in evaluations
+            for k in np.flatnonzero(self.eligible(evaluation, as_it_is)).tolist()
+        ]
+
     def front(self, evaluations: Evaluations, as_it_is: BalancerCandidate) -> tuple[list[BalancerCandidate], int]:
         """Return the front of all candidates, thinned evenly to the points to be checked, and its number of points."""
-        columns = list(self.objectives)
-        points = [
-            BalancerCandidate(count, evaluation.numbers[i], evaluation.pick(i))
-            for count, evaluation in evaluations
-            for i in np.flatnonzero(
-                self.eligible(evaluation, as_it_is) & np.isfinite(evaluation.objectives[:, columns]).all(axis=1)
-            ).tolist()
-        ]
+        columns, candidates = list(self.objectives), self._eligible_candidates(evaluations, as_it_is)
+        points = [c for c in candidates if np.isfinite(c.objectives[columns]).all()]
         if not points:
             return [], 0
         objectives = np.array([p.objectives[columns] for p in points])
@@ -188,11 +190,12 @@ class BalancerSearch:
         order = sorted(front_indices.tolist(), key=lambda k: tuple(objectives[k]))
         return [points[k] for k in order], len(best)
 
-    def check_front(self, front: Sequence[BalancerCandidate], work: Work) -> Iterator[tuple[int, FullCheck]]:
-        """Yield the checks of the points by their indices, as they come."""
+    def check_front(self, front: list[BalancerCandidate], work: Work) -> Iterator[None]:
+        """Check the points of the front in their places, one after the other as they come."""
         checks = {f"{k}": partial(verify_candidate, self.trials[p.bodies], p.numbers) for k, p in enumerate(front)}
-        for name, check in work.units(checks, "check with the full equations"):
-            yield int(name), check
+        for name, (check, doubt) in work.units(checks, "check with the full equations"):
+            front[int(name)] = replace(front[int(name)], check=check, doubt=doubt)
+            yield
 
     def is_confirmed(self, front: Sequence[BalancerCandidate]) -> np.ndarray:
         """Return a mask (N,) of the points that no other checked point dominates by the check."""
@@ -208,7 +211,7 @@ class BalancerSearch:
 
         def order(k: int) -> tuple[bool, float, float]:
             objectives = front[k].objectives
-            return not front[k].merit.balances, float(objectives[column]), float(np.nan_to_num(objectives[CAPTURE]))
+            return not front[k].balances, float(objectives[column]), float(np.nan_to_num(objectives[CAPTURE]))
 
         places = [k for k, p in enumerate(front) if (p.check is None or holds[k]) and np.isfinite(p.objectives[column])]
         return min(places, key=order, default=None)
@@ -232,17 +235,13 @@ class BalancerSearch:
     def _luckiest(self, evaluations: Evaluations, as_it_is: BalancerCandidate) -> list[Design]:
         """Return the best candidates by the search: the fewest failing runs, then the settling time, then the number of
         bodies."""
-        candidates = [
-            BalancerCandidate(count, evaluation.numbers[k], evaluation.pick(k))
-            for count, evaluation in evaluations
-            for k in np.flatnonzero(self.eligible(evaluation, as_it_is)).tolist()
-        ]
 
         def order(candidate: BalancerCandidate) -> tuple[float, float, int]:
-            merit = candidate.merit
-            return merit.most_failing, merit.settling_time if np.isfinite(merit.settling_time) else np.inf, merit.bodies
+            settling_time = float(candidate.objectives[SETTLING])
+            return candidate.most_failing, settling_time if np.isfinite(settling_time) else np.inf, candidate.bodies
 
-        return [candidate.design for candidate in sorted(candidates, key=order)[:_ENTRANTS]]
+        candidates = sorted(self._eligible_candidates(evaluations, as_it_is), key=order)
+        return [candidate.design for candidate in candidates[:_ENTRANTS]]
 
     def recommend(
         self,
@@ -255,9 +254,9 @@ class BalancerSearch:
         """Choose among the machine as it is, the checked points, the best of the search, those of the curve, and neighbours."""
         (dampings, beside), present = self.best_dampings(curve), self.present
         checks = {present: as_it_is.check} | {p.design: p.check for p in front}
-        runs_of_check = {design: check.runs for design, check in checks.items() if check is not None}
+        results = {design: check for design, check in checks.items() if check is not None}
         entrants, samples = self._luckiest(evaluations, as_it_is), self.as_it_is.samples
-        return recommend(self.groups, runs_of_check, entrants, dampings, present, beside, samples, work)
+        return recommend(self.groups, results, entrants, dampings, present, beside, samples, work)
 
     def evaluate_recommended(
         self, recommendation: Recommendation, front: Sequence[BalancerCandidate], work: Work
@@ -270,7 +269,7 @@ class BalancerSearch:
         trials, label = self.trials[bodies], "the recommended one"
         evaluation = evaluate_candidates(trials, self.model, numbers[None], work.part("", 0.0, 0.5), label)
         ((_, check),) = work.part("", 0.5, 1.0).units({"check": partial(verify_candidate, trials, numbers)}, label)
-        return BalancerCandidate(bodies, numbers, evaluation, check)
+        return BalancerCandidate(bodies, numbers, evaluation, *check)
 
 
 def _have_same_values(machine: Machine, variable: Variable) -> bool:

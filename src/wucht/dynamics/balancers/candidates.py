@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import Any, Literal
@@ -103,19 +104,24 @@ class CandidateResults:
     """Results of P candidates. numbers: values of the variables (P, k). objectives (P, 4): settling time, residual, peak, share
     of captured runs; nan where there is none; runs without a verdict make the settling time a lower and that share an upper
     bound. error: the standard error of the settling time (P,). outcomes: shares of the runs with each of ``OUTCOMES`` (P, o).
-    is_allowed (P,): True if the machine's parts allow the candidate."""
+    is_allowed (P,): True if the machine's parts allow the candidate. times (P, M): settling times of its runs from the same M
+    starts, at least; inf where a run does not pass the resonance, in all runs of a candidate of which one has failed or that
+    the parts do not allow. outcome (P, M): of its runs, indices of ``OUTCOMES``."""
 
     numbers: np.ndarray
     objectives: np.ndarray
     error: np.ndarray
     outcomes: np.ndarray
     is_allowed: np.ndarray
+    times: np.ndarray
+    outcome: np.ndarray
 
     @classmethod
-    def unknown(cls, count: int, variables: int) -> CandidateResults:
+    def unknown(cls, count: int, variables: int, samples: int) -> CandidateResults:
         """Return results of so many candidates that are not evaluated: nan."""
-        shapes = {"numbers": (count, variables), "objectives": (count, 4), "error": count, "outcomes": (count, len(OUTCOMES))}
-        return cls(**{name: np.full(shape, np.nan) for name, shape in shapes.items()}, is_allowed=np.zeros(count, bool))
+        numbers, objectives, outcomes = (np.full((count, n), np.nan) for n in (variables, 4, len(OUTCOMES)))
+        error, is_allowed, times = np.full(count, np.nan), np.zeros(count, bool), np.full((count, samples), np.inf)
+        return cls(numbers, objectives, error, outcomes, is_allowed, times, np.full((count, samples), _FAILURE, np.int8))
 
     @classmethod
     def join(cls, parts: Sequence[CandidateResults]) -> CandidateResults:
@@ -135,21 +141,6 @@ class CandidateResults:
     def undecided_share(self) -> np.ndarray:
         """Share of the runs without a verdict (P,)."""
         return np.asarray(self.outcomes[:, _OPEN].sum(axis=1))
-
-
-@dataclass(frozen=True, eq=False)
-class SettlingRuns:
-    """Runs of P candidates from the same M starts. times (P, M): settling times, at least; inf where a run does not pass the
-    resonance, in all runs of a candidate of which one has failed or that the parts do not allow. outcome (P, M): indices of
-    ``OUTCOMES``."""
-
-    times: np.ndarray
-    outcome: np.ndarray
-
-    @classmethod
-    def join(cls, parts: Sequence[SettlingRuns]) -> SettlingRuns:
-        """Join the runs of several groups of candidates, in order."""
-        return cls(np.concatenate([p.times for p in parts]), np.concatenate([p.outcome for p in parts]))
 
 
 @dataclass(frozen=True)
@@ -314,26 +305,18 @@ def evaluate_batch(
     trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, report: Report
 ) -> CandidateResults:
     """Evaluate candidates (P, k) of the variables in one ensemble of runs."""
-    return evaluate_runs(trials, model, numbers, report)[0]
-
-
-def evaluate_runs(
-    trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, report: Report
-) -> tuple[CandidateResults, SettlingRuns]:
-    """Evaluate candidates (P, k) of the variables in one ensemble of runs; return their runs, too."""
-    count, m = len(numbers), trials.samples
-    objectives, outcomes, error = np.full((count, 4), np.nan), np.zeros((count, len(OUTCOMES))), np.full(count, np.nan)
-    times, outcome, is_allowed = np.full((count, m), np.inf), np.full((count, m), _FAILURE, np.int8), np.zeros(count, bool)
+    unknown = CandidateResults.unknown(len(numbers), numbers.shape[1], trials.samples)
+    results = replace(unknown, numbers=numbers, outcomes=np.zeros_like(unknown.outcomes))
     for i, machine, runs in _runs_of_candidates(trials, model, numbers, report):
-        is_allowed[i], outcome[i] = True, runs.outcome
+        results.is_allowed[i], results.outcome[i] = True, runs.outcome
         residual = max(least_residual(machine.with_values({trials.unbalance: end})) for end in trials.ends)
-        outcomes[i] = np.bincount(runs.outcome, minlength=len(OUTCOMES)) / m
-        settling, error[i] = _median_settling(runs)
+        shares = results.outcomes[i] = np.bincount(runs.outcome, minlength=len(OUTCOMES)) / trials.samples
+        settling, results.error[i] = _median_settling(runs)
         has_failed = bool((runs.outcome == _FAILURE).any())
-        times[i] = np.inf if has_failed else _settling_times(runs)
+        results.times[i] = np.inf if has_failed else _settling_times(runs)
         peak = np.nan if has_failed else float(runs.peak_amplitude.max())
-        objectives[i] = settling, residual, peak, 1 - outcomes[i, _THROUGH].sum()
-    return CandidateResults(numbers, objectives, error, outcomes, is_allowed), SettlingRuns(times, outcome)
+        results.objectives[i] = settling, residual, peak, 1 - shares[_THROUGH].sum()
+    return results
 
 
 def _runs_of_candidates(
@@ -341,7 +324,10 @@ def _runs_of_candidates(
 ) -> list[tuple[int, Machine, MemberOutcomes]]:
     """Return index, machine and runs of each candidate (P, k) that the machine's parts allow."""
     m = trials.samples
-    feasible = [(i, machine) for i, row in enumerate(numbers.tolist()) if (machine := _machine(trials, row)) is not None]
+    feasible = list[tuple[int, Machine]]()
+    for i, row in enumerate(numbers.tolist()):
+        with suppress(InputError):
+            feasible.append((i, trials.candidate_machine(row)))
     if not feasible:
         return []
     starts = np.concatenate([trials.starts(machine) for _, machine in feasible], axis=1)
@@ -351,14 +337,6 @@ def _runs_of_candidates(
     values[trials.unbalance] = np.tile(trials.spread, len(feasible))
     ensemble = outcomes_of(question, starts, values, report)
     return [(i, machine, ensemble.select(np.arange(k * m, (k + 1) * m))) for k, (i, machine) in enumerate(feasible)]
-
-
-def _machine(trials: BalancerTrials, numbers: Sequence[float]) -> Machine | None:
-    """Return the machine of a candidate, None if the parts do not allow it."""
-    try:
-        return trials.candidate_machine(numbers)
-    except InputError:
-        return None
 
 
 def _median_settling(runs: MemberOutcomes) -> tuple[float, float]:

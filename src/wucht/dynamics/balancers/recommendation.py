@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from wucht.analysis.time_constants import run_up_time
-from wucht.dynamics.balancers.candidates import BalancerTrials, SettlingRuns, candidates_a_unit, evaluate_runs
+from wucht.dynamics.balancers.candidates import BalancerTrials, CandidateResults, candidates_a_unit, evaluate_batch
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.sampling.choice import Cliff, Contest, Line, Scores, nearest_cliff
-from wucht.dynamics.sampling.ensembles import Report
 from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES, OUTCOMES, Outcome
 from wucht.dynamics.work import Work
 from wucht.machines.changes import last_change
@@ -43,27 +42,13 @@ class Design:
         return cls(group, tuple(float(f"{x:.{_DIGITS}g}") for x in numbers))
 
 
-@dataclass(frozen=True)
-class BalancerMerit:
-    """What counts for a recommendation: number of bodies, median settling time (nan if unknown), and the shares of the runs
-    that do not end compensated for certain and at most."""
+def failing_shares(outcomes: np.ndarray) -> tuple[float, float]:
+    """Return the shares of the runs of a candidate that do not end compensated, for certain and at most.
 
-    bodies: int
-    settling_time: float
-    failing_share: float
-    most_failing: float
-
-    @classmethod
-    def of(cls, bodies: int, settling_time: float, outcomes: np.ndarray) -> BalancerMerit:
-        """Return the merit of a candidate. outcomes: the share of its runs with each of ``OUTCOMES`` (o,)."""
-        most = 1 - float(outcomes[_COMPENSATED_INDEX])
-        certain = max(most - float(outcomes[_OPEN_INDICES].sum()), 0.0)
-        return cls(bodies, settling_time, certain, most)
-
-    @property
-    def balances(self) -> bool:
-        """True if more than half of the runs end compensated."""
-        return 1 - self.most_failing > BALANCED_SHARE
+    outcomes (o,): the share of its runs with each of ``OUTCOMES``.
+    """
+    most = 1 - float(outcomes[_COMPENSATED_INDEX])
+    return max(most - float(outcomes[_OPEN_INDICES].sum()), 0.0), most
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,46 +76,50 @@ class Recommendation:
         """Index of the recommended candidate in the final comparison."""
         return self.final.candidates.index(self.chosen)
 
+    @property
+    def settling_time(self) -> float:
+        """Median settling time of the recommended candidate; inf where half of its runs do not settle."""
+        return float(self.final.scores.medians[self.score])
 
-@dataclass(eq=False)
-class _Evaluation:
-    """Evaluation of candidates on the same runs; it remembers them."""
+    @property
+    def failing_shares(self) -> tuple[float, float]:
+        """Shares of its runs that do not end compensated, for certain and at most."""
+        return failing_shares(self.outcomes)
 
-    trials: Mapping[str, BalancerTrials]
-    samples: int
-    stream: int
-    work: Work
-    runs: dict[Design, SettlingRuns] = field(default_factory=dict)
-    calls: int = 0
-
-    def __call__(self, designs: Sequence[Design]) -> Scores:
-        self.calls += 1
-        part = self.work.part(f"{self.samples} runs ", 1 - 0.5 ** (self.calls - 1), 1 - 0.5**self.calls)
-        new = [d for d in designs if d not in self.runs]
-        batches = {f"{b[0].group} {b[0].numbers}": b for b in _batches(new, self.samples)}
-        tasks = {name: partial(_settling_runs, self._trials(b[0]), _numbers(b)) for name, b in batches.items()}
-        for name, runs in part.units(tasks, "comparison on fresh runs"):
-            for k, design in enumerate(batches[name]):
-                self.runs[design] = SettlingRuns(runs.times[k : k + 1], runs.outcome[k : k + 1])
-        all_runs = SettlingRuns.join([self.runs[d] for d in designs])
-        return Scores(all_runs.times, all_runs.outcome != _COMPENSATED_INDEX)
-
-    def _trials(self, design: Design) -> BalancerTrials:
-        return fresh_trials(self.trials[design.group], self.samples, self.stream)
-
-    def outcomes(self, design: Design) -> np.ndarray:
-        """Return the shares (o,) of the runs of a candidate with each of ``OUTCOMES``."""
-        outcome = self.runs[design].outcome[0]
-        return np.asarray(np.bincount(outcome, minlength=len(OUTCOMES)) / len(outcome))
+    @property
+    def balances(self) -> bool:
+        """True if more than half of its runs end compensated."""
+        return 1 - self.failing_shares[1] > BALANCED_SHARE
 
 
-def fresh_trials(trials: BalancerTrials, samples: int, stream: int) -> BalancerTrials:
-    """Return trials with other runs: their number, and the stream of their random phases."""
-    return replace(trials, samples=samples, stream=stream)
+def _evaluation(
+    trials: Mapping[str, BalancerTrials],
+    samples: int,
+    stream: int,
+    work: Work,
+    results_by_design: dict[Design, CandidateResults],
+) -> Callable[[Sequence[Design]], Scores]:
+    """Return a function that evaluates candidates on the same runs. results_by_design: of such runs, to which it adds."""
+    fresh = {group: replace(t, samples=samples, stream=stream) for group, t in trials.items()}
+    calls = 0
 
+    def evaluate(designs: Sequence[Design]) -> Scores:
+        nonlocal calls
+        calls += 1
+        part = work.part(f"{samples} runs ", 1 - 0.5 ** (calls - 1), 1 - 0.5**calls)
+        batches = {
+            f"{b[0].group} {b[0].numbers}": b for b in _batches([d for d in designs if d not in results_by_design], samples)
+        }
+        tasks = {
+            name: partial(evaluate_batch, fresh[b[0].group], "full", np.array([d.numbers for d in b]).reshape(len(b), -1))
+            for name, b in batches.items()
+        }
+        for name, results in part.units(tasks, "comparison on fresh runs"):
+            results_by_design.update((design, results.pick(k)) for k, design in enumerate(batches[name]))
+        outcome = np.concatenate([results_by_design[d].outcome for d in designs])
+        return Scores(np.concatenate([results_by_design[d].times for d in designs]), outcome != _COMPENSATED_INDEX)
 
-def _settling_runs(trials: BalancerTrials, numbers: np.ndarray, report: Report) -> SettlingRuns:
-    return evaluate_runs(trials, "full", numbers, report)[1]
+    return evaluate
 
 
 def _batches(designs: Sequence[Design], samples: int) -> list[list[Design]]:
@@ -144,13 +133,9 @@ def _batches(designs: Sequence[Design], samples: int) -> list[list[Design]]:
     return batches
 
 
-def _numbers(designs: Sequence[Design]) -> np.ndarray:
-    return np.array([d.numbers for d in designs]).reshape(len(designs), -1)
-
-
 def recommend(
     trials: Mapping[str, BalancerTrials],
-    runs_of_check: Mapping[Design, SettlingRuns],
+    checks: Mapping[Design, CandidateResults],
     entrants: Sequence[Design],
     curve_optima: Sequence[Design],
     present: Design,
@@ -164,8 +149,8 @@ def recommend(
     ----------
     trials : mapping of BalancerTrials
         By the groups of the candidates.
-    runs_of_check : mapping of Design to SettlingRuns
-        Candidates that are checked, the machine as it is among them, and their runs.
+    checks : mapping of Design to CandidateResults
+        Candidates that are checked, the machine as it is among them, with the results.
     entrants : sequence of Design
         Further candidates: the best of the search.
     curve_optima : sequence of Design
@@ -182,25 +167,26 @@ def recommend(
     def neighbours(design: Design, step: float) -> list[Design]:
         return [d for _, designs in _lines(trials[design.group], design, (step,)) for d in designs]
 
-    race = _Evaluation(trials, _RACE_SAMPLES * samples, _RACE_STREAM, work.part("race ", 0.0, 0.4))
-    check = _Evaluation(trials, CHECK_SAMPLES * samples, CHECK_STREAM, work.part("check ", 0.4, 0.8), dict(runs_of_check))
-    ranking = Contest.of(list(runs_of_check), check).ranking
+    race = _evaluation(trials, _RACE_SAMPLES * samples, _RACE_STREAM, work.part("race ", 0.0, 0.4), {})
+    results_by_design = dict(checks)
+    check = _evaluation(trials, CHECK_SAMPLES * samples, CHECK_STREAM, work.part("check ", 0.4, 0.8), results_by_design)
+    ranking = Contest.of(list(checks), check).ranking
     first = Contest.of([*ranking[:_RIVALS], *entrants, *curve_optima, present], race)
     summit = first.climb(neighbours, _STEPS, race)
-    finalists = [*runs_of_check, summit.best, *first.ranking[:_RIVALS], *curve_optima[:1]]
+    finalists = [*checks, summit.best, *first.ranking[:_RIVALS], *curve_optima[:1]]
     final = Contest.of(finalists, check).climb(neighbours, _STEPS[-1:], check)
     chosen, duel = final.choice(present), None
     if chosen != final.best:
-        more = _Evaluation(trials, _DUEL_SAMPLES * samples, _DUEL_STREAM, work.part("duel ", 0.8, 0.9))
+        more = _evaluation(trials, _DUEL_SAMPLES * samples, _DUEL_STREAM, work.part("duel ", 0.8, 0.9), {})
         duel = Contest.of([final.best, present], more)
         chosen = duel.choice(present)
-    scan = _Evaluation(trials, samples, CHECK_STREAM, work.part("line ", 0.9, 1.0))
+    scan = _evaluation(trials, samples, CHECK_STREAM, work.part("line ", 0.9, 1.0), {})
     sides = _lines(trials[chosen.group], chosen, _LINE)
     line = Contest.of([chosen, *(d for _, designs in sides for d in designs)], scan)
     against = None if beside is None else final.with_candidates([beside], check)
     work.report(1.0)
     return Recommendation(
-        chosen, chosen == present, final, check.outcomes(chosen), tuple(neighbours(final.best, _STEPS[-1])),
+        chosen, chosen == present, final, results_by_design[chosen].outcomes[0], tuple(neighbours(final.best, _STEPS[-1])),
         _cliff(trials[chosen.group], chosen, sides, line), line, against, duel,
     )  # fmt: skip
 

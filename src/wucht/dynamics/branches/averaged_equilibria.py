@@ -18,11 +18,9 @@ from wucht.analysis.configurations.search import all_states, is_same_state, mult
 from wucht.analysis.configurations.torques import SteadyTorques
 from wucht.analysis.vibration import unbalances
 from wucht.dynamics.branches.steady_states import (
-    BranchSettings,
     Heartbeat,
     Kind,
     Labels,
-    Ordinates,
     StatesAtValue,
     speed_range_text,
 )
@@ -61,26 +59,27 @@ class AveragedEquilibria:
 
     @classmethod
     def of(
-        cls, machine: Machine, path: str, bounds: tuple[float, float], settings: BranchSettings
+        cls, machine: Machine, path: str, bounds: tuple[float, float], show: str | None = None, inertia: bool | None = None
     ) -> AveragedEquilibria:  # fmt: skip
-        """Set up the equilibria. Raises ``InputError`` where a setting does not fit, or there is nothing to follow."""
+        """Set up the equilibria. inertia: of the bodies in averaged equations; None: as is usual for the machine.
+
+        Raises ``InputError`` where the state to be drawn does not exist, or there is nothing to follow.
+        """
         if len(machine.bodies) > MOST_BODIES:
             most = f"there must be at most {MOST_BODIES}, the main rotor included"
             raise InputError("machine.bodies", len(machine.bodies), most)
-        if settings.ranges is not None:
-            raise InputError("study.ranges", dict(settings.ranges), "allowed for a table [system] only")
         if machine.shaken_coordinate is not None:
             sentence = "the carrier's motion is prescribed: study.kind = 'entrainment' computes whether it entrains the rotor"
             raise InputError("machine.carrier.motion", None, sentence)
         steady = machine_at_speed(machine, None)
-        equilibria = cls(steady, path, bounds, keeps_inertia(steady, settings.inertia), settings.show)
+        equilibria = cls(steady, path, bounds, keeps_inertia(steady, inertia), show)
         if not equilibria.names:
             reason = "its speed is prescribed and nothing else turns: no state is left that could depend on a parameter"
             raise InputError("machine.drive", None, f"{reason}; study.kind = 'response' shows its vibration")
         if path not in equilibria.averaged_equations.system.parameter_names:
             raise InputError("study.along", path, "not allowed: the averaged equations do not depend on it")
-        if settings.show is not None and settings.show not in equilibria.names:
-            raise InputError("study.show", settings.show, f"unknown state; {nearest(settings.show, equilibria.names)}")
+        if show is not None and show not in equilibria.names:
+            raise InputError("study.show", show, f"unknown state; {nearest(show, equilibria.names)}")
         if not equilibria.fastest > 0:
             raise InputError("study.range", list(bounds), "nothing drives the machine there: it has no steady operation")
         return equilibria
@@ -153,14 +152,14 @@ class AveragedEquilibria:
         """See ``SteadyStates``: states that differ by an exchange of equal bodies, or belong to one family, count once."""
         torques, (low, high) = self.model_at(value).torques, self.driven_range(value)
         if torques.fixed_speed is None and not high > 0:
-            return StatesAtValue((), (), True, "nothing drives the machine there")
+            return StatesAtValue(value, complete=True, evidence="nothing drives the machine there")
         search = all_states(torques, low, high, report)
         isolated_states, families = [s for s in search.states if not s.dimension], [s for s in search.states if s.dimension]
         points = tuple(self.point(s, value) for s in isolated_states)
         # The report states the speeds once for all searched values.
         evidence = search.evidence.replace(speed_range_text((low, high), self.machine.units.speed), "speeds")
         return StatesAtValue(
-            points, tuple(families), search.complete, evidence, None if torques.fixed_speed is not None else (low, high)
+            value, points, tuple(families), search.complete, evidence, None if torques.fixed_speed is not None else (low, high)
         )
 
     def point(self, state: State, value: float) -> np.ndarray:
@@ -215,17 +214,21 @@ class AveragedEquilibria:
         values = tuple(self.machine.values[p.name] for p in parameters)
         return Evaluator.of(extended_system, expressions, ["amplitude", "speed", "size"]), values
 
-    def ordinates(self, unknowns: np.ndarray) -> Ordinates:
-        """See ``SteadyStates``: the main rotor's signed speed, or the chosen state."""
+    def _outputs(self, unknowns: np.ndarray) -> dict[str, np.ndarray]:
         evaluator, values = self._observables
-        output_values = evaluator(np.zeros(unknowns.shape[1]), unknowns, values)
-        amplitude, speed = np.asarray(output_values["amplitude"]), self._sense * output_values["speed"]
-        amplitude = np.where(amplitude < _ROUNDING * output_values["size"], 0.0, amplitude)  # where unbalances compensate
-        return Ordinates(speed if self.show is None else unknowns[self._rows[self.show]], amplitude)
+        return evaluator(np.zeros(unknowns.shape[1]), unknowns, values)
 
-    @property
-    def _sense(self) -> float:
-        return float(self.averaged_equations.senses[self.machine.rotor.name])
+    def ordinate(self, unknowns: np.ndarray) -> np.ndarray:
+        """See ``SteadyStates``: the main rotor's signed speed, or the chosen state."""
+        if self.show is not None:
+            return np.asarray(unknowns[self._rows[self.show]])
+        return np.asarray(float(self.averaged_equations.senses[self.machine.rotor.name]) * self._outputs(unknowns)["speed"])
+
+    def amplitude(self, unknowns: np.ndarray) -> np.ndarray:
+        """See ``SteadyStates``: 0 where the unbalances compensate each other."""
+        output_values = self._outputs(unknowns)
+        amplitude = output_values["amplitude"]
+        return np.where(amplitude < _ROUNDING * output_values["size"], 0.0, amplitude)
 
     def state_by_name(self, unknowns: np.ndarray) -> dict[str, float]:
         """See ``SteadyStates``: phases as in the contract, in each body's sense of rotation, speeds likewise; psi and delta of

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -29,7 +29,6 @@ from wucht.dynamics.branches.second_parameter import (
     lies_on_curve,
 )
 from wucht.dynamics.branches.steady_states import (
-    BranchSettings,
     StatesAtValue,
     SteadyStates,
     SystemEquilibria,
@@ -37,6 +36,7 @@ from wucht.dynamics.branches.steady_states import (
 )
 from wucht.dynamics.parameters import checked_range, parameter_of
 from wucht.dynamics.work import Work, result_or_reason, with_result
+from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.subject import Subject
 
@@ -52,7 +52,7 @@ class BranchCase:
 
     Attributes
     ----------
-    states_by_second_value : tuple of (float or None, SteadyStates)
+    states_by_second_value : mapping of float or None to SteadyStates
         The steady states along the parameter, for each value of a second one (None where there are no such values).
     plane : SecondParameter or None
         The second parameter where it has a range.
@@ -62,14 +62,15 @@ class BranchCase:
         The names of states that are followed, None for all.
     """
 
-    states_by_second_value: tuple[tuple[float | None, SteadyStates], ...]
+    states_by_second_value: Mapping[float | None, SteadyStates]
     plane: SecondParameter | None
     values: tuple[float, ...]
     only: tuple[str, ...] | None
 
     @classmethod
     def of(
-        cls, subject: Subject, path: str, bounds: Range, settings: BranchSettings,
+        cls, subject: Subject, path: str, bounds: Range, points: int = 5, only: tuple[str, ...] | None = None,
+        show: str | None = None, ranges: Mapping[str, Range] | None = None, inertia: bool | None = None,
         plane: SecondParameter | None = None, second: tuple[str, tuple[float, ...]] | None = None,
     ) -> BranchCase:  # fmt: skip
         """Set up the states of a machine, or of user equations, over a parameter.
@@ -81,7 +82,16 @@ class BranchCase:
             Of the parameter, such as ``"drive.slope"``.
         bounds : (float, float)
             Its range, in SI.
-        settings : BranchSettings
+        points : int
+            Values in the range, besides those near both ends, at which all states are searched.
+        only : tuple of str, optional
+            Names of states of a machine that are followed, None for all.
+        show : str, optional
+            The state that is drawn; None: the main rotor's speed, of user equations their first state.
+        ranges : mapping of str to (float, float), optional
+            Of the states of user equations, in which equilibria are searched.
+        inertia : bool, optional
+            Of a machine's balancing bodies in the averaged equations; None: as is usual for the machine.
         plane : SecondParameter, optional
             A second parameter with its range: folds and Hopf points are followed in both.
         second : (str, tuple of float), optional
@@ -94,14 +104,17 @@ class BranchCase:
         Raises
         ------
         InputError
-            Where a setting does not fit the subject, or it has no averaged equations.
+            Where one of these does not fit the subject, or it has no averaged equations.
         """
         bounds = checked_range(subject, parameter_of(subject, path), bounds)
         subjects: dict[float | None, Subject] = {None: subject} if second is None else {
             value: subject.with_values({second[0]: value}) for value in second[1]
         }  # fmt: skip
-        states_by_second_value = tuple((value, _states(there, path, bounds, settings)) for value, there in subjects.items())
-        return cls(states_by_second_value, plane, _searched_values(bounds, settings.points), settings.only)
+        for key, value in (("only", only), ("inertia", inertia)) if not isinstance(subject, Machine) else ():
+            if value is not None:
+                raise InputError(f"study.{key}", value, "allowed for a machine only")
+        states_by_second_value = {v: _states(there, path, bounds, show, ranges, inertia) for v, there in subjects.items()}
+        return cls(states_by_second_value, plane, _searched_values(bounds, points), only)
 
     def includes(self, name: str | None) -> bool:
         """True if states of a name are followed."""
@@ -110,13 +123,17 @@ class BranchCase:
     @property
     def steady_states(self) -> SteadyStates:
         """States along the parameter, at the first value of the second one."""
-        return self.states_by_second_value[0][1]
+        return next(iter(self.states_by_second_value.values()))
 
 
-def _states(subject: Subject, path: str, bounds: Range, settings: BranchSettings) -> SteadyStates:
-    if isinstance(subject, Machine):
-        return AveragedEquilibria.of(subject, path, bounds, settings)
-    return SystemEquilibria.of(subject, path, bounds, settings)
+def _states(
+    subject: Subject, path: str, bounds: Range, show: str | None, ranges: Mapping[str, Range] | None, inertia: bool | None
+) -> SteadyStates:
+    if not isinstance(subject, Machine):
+        return SystemEquilibria.of(subject, path, bounds, ranges, show)
+    if ranges is not None:
+        raise InputError("study.ranges", dict(ranges), "allowed for a table [system] only")
+    return AveragedEquilibria.of(subject, path, bounds, show, inertia)
 
 
 def _searched_values(bounds: Range, points: int) -> tuple[float, ...]:
@@ -125,27 +142,6 @@ def _searched_values(bounds: Range, points: int) -> tuple[float, ...]:
     inside = low * (high / low) ** between if low > 0 and high > _DECADE * low else low + (high - low) * between
     near = _NEAR_AN_END * (high - low)
     return (low + near, *inside.tolist(), high - near)
-
-
-@dataclass(frozen=True)
-class SearchedValue:
-    """Value at which all states were searched. speeds: the searched interval. failure: why the search was impossible."""
-
-    value: float
-    second: float | None
-    state_count: int
-    complete: bool
-    evidence: str
-    speeds: tuple[float, float] | None = None
-    failure: str | None = None
-
-    @classmethod
-    def from_search(cls, value: float, second: float | None, search: StatesAtValue | str) -> SearchedValue:
-        """Record a search from its states, or from the sentence why it was impossible."""
-        if isinstance(search, str):
-            return cls(value, second, 0, False, "", failure=search)
-        count = len(search.points) + len(search.families)
-        return cls(value, second, count, search.complete, search.evidence, search.speeds)
 
 
 @dataclass(frozen=True)
@@ -181,8 +177,8 @@ class BranchFindings:
 
     Attributes
     ----------
-    searches : tuple of SearchedValue
-        Values at which all states were searched.
+    searches : tuple of StatesAtValue
+        Values at which all states were searched, with these.
     branches : tuple of EquilibriumBranch
     nominal : tuple of NominalState
         States at the parameter's nominal value.
@@ -194,7 +190,7 @@ class BranchFindings:
         True where nothing is left to do.
     """
 
-    searches: tuple[SearchedValue, ...] = ()
+    searches: tuple[StatesAtValue, ...] = ()
     branches: tuple[EquilibriumBranch, ...] = ()
     nominal: tuple[NominalState, ...] = ()
     curves: tuple[BifurcationCurve, ...] = ()
@@ -254,16 +250,16 @@ def follow_branches(case: BranchCase, work: Work) -> Iterator[BranchFindings]:
     Examples
     --------
     >>> import wucht
-    >>> from wucht.dynamics import BranchCase, BranchSettings, Work, follow_branches
+    >>> from wucht.dynamics import BranchCase, Work, follow_branches
     >>> machine = wucht.load_machine("drozdetskaya-2020/table-3.1-carrier")
-    >>> case = BranchCase.of(machine, "u", (0.0, 5.0), BranchSettings(points=1))
+    >>> case = BranchCase.of(machine, "u", (0.0, 5.0), points=1)
     >>> *_, findings = follow_branches(case, Work())
     >>> for branch in findings.branches:
     ...     print([f"{kind} at u = {u:.4f}" for kind, u in zip(branch.kinds, branch.parameter_values) if kind])
     ['fold at u = 2.6054', 'fold at u = 0.8937']
     """
     findings, share = BranchFindings(), (1.0 if case.plane is None else 0.5) / len(case.states_by_second_value)
-    for k, (second, steady_states) in enumerate(case.states_by_second_value):
+    for k, (second, steady_states) in enumerate(case.states_by_second_value.items()):
         part = work.part("branches" if second is None else f"{second!r}", k * share, (k + 1) * share)
         findings = yield from _follow_at_second(case, findings, second, steady_states, part)
     if case.plane is not None:
@@ -282,10 +278,10 @@ def _follow_at_second(
         work.report(share, f"searching at {steady_states.path} = {value:.5g}")
         report = partial(work.report, share, "searching")
         search = work.unit(f"states at {value!r}", partial(result_or_reason, steady_states.find_equilibria, value, report))
-        findings = replace(findings, searches=(*findings.searches, SearchedValue.from_search(value, second, search)))
-        yield findings
         if isinstance(search, str):
-            continue
+            search = StatesAtValue(value, failure=search)
+        findings = with_result(findings, "searches", search)
+        yield findings
         for state in search.families if case.includes("compensating") else ():
             known_branches = findings.branches_at(second)
             if findings.is_full(second) or family is None:
@@ -297,21 +293,7 @@ def _follow_at_second(
                 findings = findings.with_branch(branch, at, second)
                 yield findings
         for unknowns in search.points:
-            known_branches = findings.branches_at(second)
-            if (
-                findings.is_full(second)
-                or not case.includes(steady_states.kind(unknowns).name)
-                or lies_on(steady_states, known_branches, unknowns)
-            ):
-                continue
-            branch = work.unit(
-                f"branch from {unknowns.tolist()!r}", partial(result_or_reason, _branch_from, steady_states, unknowns, None)
-            )
-            # A state that is a special point may belong to a known branch and yet not be recognised on it.
-            if isinstance(branch, str) or not is_duplicate(steady_states, known_branches, branch):
-                findings = findings.with_branch(branch, at, second)
-                yield findings
-                findings = yield from _offshoots(case, findings, second, steady_states, branch, work)
+            findings = yield from _follow_state(case, findings, second, steady_states, unknowns, work)
     nominal = steady_states.nominal_value
     if second is None and steady_states.bounds[0] <= nominal <= steady_states.bounds[1]:
         work.report(_SEARCHING, "the nominal value")
@@ -321,21 +303,21 @@ def _follow_at_second(
     return findings
 
 
-def _offshoots(
-    case: BranchCase, findings: BranchFindings, second: float | None, steady_states: SteadyStates,
-    first: EquilibriumBranch | str, work: Work,
-) -> Stage:  # fmt: skip
-    """Follow the branches that cross a branch, and those that cross them."""
-    pending = [] if isinstance(first, str) else [*first.offshoots]
+def _follow_state(
+    case: BranchCase, findings: BranchFindings, second: float | None, steady_states: SteadyStates, first: np.ndarray, work: Work
+) -> Stage:
+    """Follow the branch through a state, the branches that cross it, and those that cross them."""
+    pending: list[tuple[np.ndarray, np.ndarray | None]] = [(first, None)]
     while pending and not findings.is_full(second):
         unknowns, towards = pending.pop(0)
         known_branches = findings.branches_at(second)
-        if lies_on(steady_states, known_branches, unknowns) or not case.includes(steady_states.kind(unknowns).name):
+        if not case.includes(steady_states.kind(unknowns).name) or lies_on(steady_states, known_branches, unknowns):
             continue
-        # Near the branch point where they cross, two branches cannot be distinguished: compare the whole branch.
-        branch = work.unit(
-            f"offshoot {unknowns.tolist()!r}", partial(result_or_reason, _branch_from, steady_states, unknowns, towards)
-        )
+        name = "branch from" if towards is None else "offshoot"
+        follow = partial(result_or_reason, _branch_from, steady_states, unknowns, towards)
+        branch = work.unit(f"{name} {unknowns.tolist()!r}", follow)
+        # A special point may belong to a known branch and yet not be recognised on it; and near the branch point where they
+        # cross, two branches cannot be distinguished: compare the whole branch.
         if isinstance(branch, str) or not is_duplicate(steady_states, known_branches, branch):
             findings = findings.with_branch(branch, f"{steady_states.path} = {float(unknowns[-1]):.6g}", second)
             yield findings
@@ -382,3 +364,21 @@ def _nominal(
                 NominalState(unknowns, exponents, k, share) for unknowns, exponents, share in family.states_at(branch, value)
             ]
     return tuple(nominal_states)
+
+
+_ONE_POINT = 1e-6  # in units of scale: a special point that lies on two branches
+
+
+def special_points(case: BranchCase, branches: Sequence[EquilibriumBranch]) -> list[tuple[int, int]]:
+    """Return the numbers of the branch and the point of all special points; one on two branches counts once."""
+    points = list[tuple[int, int]]()
+    for k, branch in enumerate(branches):
+        steady_states = case.states_by_second_value[branch.second]
+        width = steady_states.equilibria.equations.scale[-1]
+        for i in np.flatnonzero([bool(kind) for kind in branch.kinds]).tolist():
+            unknowns, here = branch.unknowns[:, i], (branch.kinds[i], branch.second)
+            alike = [branches[j].unknowns[:, m] for j, m in points if (branches[j].kinds[m], branches[j].second) == here]
+            beside = [u for u in alike if abs(u[-1] - unknowns[-1]) < _ONE_POINT * width]
+            if not any(steady_states.is_same(unknowns, np.append(u[:-1], unknowns[-1])) for u in beside):
+                points.append((k, i))
+    return points

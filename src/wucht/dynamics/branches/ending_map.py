@@ -9,59 +9,16 @@ from functools import partial
 
 import numpy as np
 
-from wucht.dynamics.branches.bifurcation_diagram import BranchCase
-from wucht.dynamics.branches.ending_curves import RETURNS, ParameterPlane, curves_between
-from wucht.dynamics.branches.modulated_motion import ModulatedMotion
+from wucht.dynamics.branches.ending_curves import RETURNS, curves_between
+from wucht.dynamics.branches.ending_map_case import EndingMapCase
 from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding, ending_at
-from wucht.dynamics.branches.orbit_problem import OrbitSettings
-from wucht.dynamics.branches.plane_regions import Bounds, PlaneCurve, PlanePoint, cell_centres, divide_plane
-from wucht.dynamics.branches.steady_states import BranchSettings, Labels
+from wucht.dynamics.branches.plane_regions import PlaneCurve, PlanePoint, divide_plane
 from wucht.dynamics.work import Work, with_result
 from wucht.errors import WuchtError
-from wucht.machines.subject import Subject
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION, SADDLE_NODE_ON_ORBIT
 
 _PLACES, _CURVES = 0.7, 0.9  # shares of the work at which these are done
 _ATTEMPTS = 3  # curves that are begun between places
-
-
-@dataclass(frozen=True, eq=False)
-class EndingMapCase:
-    """Plane in which the end of the modulated motion is mapped as a third parameter changes.
-
-    cells: per side, examined at their centres. labels: of the steady states.
-    """
-
-    plane: ParameterPlane
-    motion: ModulatedMotion
-    cells: int
-    labels: Labels
-
-    @classmethod
-    def of(
-        cls, subject: Subject, plane: ParameterPlane, cells: int, settings: BranchSettings, orbits: OrbitSettings
-    ) -> EndingMapCase:
-        """Set up the plane of a machine, or of user equations. settings, orbits: of steady states and modulated motions.
-
-        Raises ``InputError`` where a setting does not fit the subject, or it has no averaged equations.
-        """
-        third, along, second = plane.paths
-        middle = subject.with_values({second: sum(plane.bounds[2]) / 2})
-        steady_states = BranchCase.of(middle, along, plane.bounds[1], settings).steady_states
-        motion = ModulatedMotion.of(subject, third, plane.bounds[0], orbits, steady_states)
-        motion.refuse_idle({"along": along, "second": second, "eliminate": third})
-        return cls(plane, motion, cells, steady_states.labels)
-
-    @property
-    def bounds(self) -> Bounds:
-        """Bounds of both parameters of the plane."""
-        return self.plane.bounds[1], self.plane.bounds[2]
-
-    @property
-    def centres(self) -> list[tuple[float, float]]:
-        """Centres of all cells, row by row."""
-        across, up = (cell_centres(bounds, self.cells).tolist() for bounds in self.plane.bounds[1:])
-        return [(x, y) for y in up for x in across]
 
 
 @dataclass(frozen=True)
@@ -86,7 +43,7 @@ def map_endings(case: EndingMapCase, work: Work) -> Iterator[EndingFindings]:
         findings = with_result(findings, "places", _place(case, work, cell, _PLACES * k / len(cells)))
         yield findings
     findings = yield from _curves(case, findings, work)
-    partition = divide_plane([(c.x, c.y) for c in findings.curves], case.plane.bounds[1:])
+    partition = divide_plane([(c.x, c.y) for c in findings.curves], case.bounds)
     sampled_regions = {partition.region_at(p.x, p.y) for p in findings.places}
     for k in [k for k in range(partition.count) if k not in sampled_regions]:
         findings = with_result(findings, "places", _place(case, work, partition.innermost_point(k), _CURVES))
@@ -96,7 +53,7 @@ def map_endings(case: EndingMapCase, work: Work) -> Iterator[EndingFindings]:
 
 
 def _place(case: EndingMapCase, work: Work, place: tuple[float, float], share: float) -> OrbitEnding:
-    (_, along, second), (x, y) = case.plane.paths, place
+    (_, along, second), (x, y) = case.paths, place
     label = f"{along} = {x:.4g}, {second} = {y:.4g}"
     work.report(share, label)
     return work.unit(f"place {x!r} {y!r}", partial(_ending, case, place, partial(work.report, share, label)))
@@ -104,7 +61,7 @@ def _place(case: EndingMapCase, work: Work, place: tuple[float, float], share: f
 
 def _ending(case: EndingMapCase, place: tuple[float, float], report: partial[None]) -> OrbitEnding:
     try:
-        return ending_at(case.plane.motion_at(case.motion, *place), place, report)
+        return ending_at(case.motion_at(*place), place, report)
     except WuchtError as error:
         return OrbitEnding(*place, math.nan, OrbitEnd("failed", math.nan, str(error)))
 
@@ -121,15 +78,12 @@ def _curves(case: EndingMapCase, findings: EndingFindings, work: Work) -> Stage:
         connection_ending, saddle_node_ending = (a, b) if a.kind == SADDLE_CONNECTION else (b, a)
         share = _PLACES + (_CURVES - _PLACES) * attempts / _ATTEMPTS
         report = partial(work.report, share)
-        make = partial(curves_between, case.motion, case.plane, connection_ending, saddle_node_ending, report)
-        new_curves = work.unit(
-            f"curves {connection_ending.x!r} {connection_ending.y!r} {saddle_node_ending.x!r} {saddle_node_ending.y!r}", make
-        )
+        make = partial(curves_between, case, connection_ending, saddle_node_ending, report)
+        place, beside = ((e.x, e.y) for e in (connection_ending, saddle_node_ending))
+        parts = work.unit(f"curves {place[0]!r} {place[1]!r} {beside[0]!r} {beside[1]!r}", make)
         attempts += 1
-        findings = replace(
-            findings, curves=(*findings.curves, *new_curves.curves), points=(*findings.points, *new_curves.points),
-            omissions=(*findings.omissions, *new_curves.omissions),
-        )  # fmt: skip
+        for part in parts:
+            findings = with_result(findings, "points" if isinstance(part, PlanePoint) else "curves", part)
         yield findings
     return findings
 
@@ -139,8 +93,8 @@ def _neighbours(case: EndingMapCase, findings: EndingFindings) -> list[tuple[Orb
     n, cells = case.cells, findings.places
     pairs = [(cells[r * n + c], cells[r * n + c + 1]) for r in range(n) for c in range(n - 1)]
     pairs += [(cells[r * n + c], cells[(r + 1) * n + c]) for r in range(n - 1) for c in range(n)]
-    middle = np.array([sum(b) / 2 for b in case.plane.bounds[1:]])
-    width = np.array([b[1] - b[0] for b in case.plane.bounds[1:]])
+    middle = np.array([sum(b) / 2 for b in case.bounds])
+    width = np.array([b[1] - b[0] for b in case.bounds])
     return sorted(
         pairs,
         key=lambda p: float(np.linalg.norm(((p[0].x + p[1].x) / 2 - middle[0], (p[0].y + p[1].y) / 2 - middle[1]) / width)),

@@ -12,8 +12,9 @@ import numpy as np
 from wucht.analysis.configurations.averaged_stability import NEUTRAL
 from wucht.dynamics.branches.steady_states import Kind, SteadyStates
 from wucht.errors import RunError
+from wucht.numerics.continuation.curve import CURVE_IS_CLOSED
 from wucht.numerics.continuation.equations import CurvePoint
-from wucht.numerics.continuation.equilibria import BRANCH_POINT, FOLD, Branch, Equilibrium, EquilibriumContinuation
+from wucht.numerics.continuation.equilibria import BRANCH_POINT, FOLD, HOPF, Branch, Equilibrium, EquilibriumContinuation
 from wucht.numerics.continuation.special_curves import UNRESOLVED_POINT
 from wucht.numerics.zeros_and_peaks import values_at_passages
 
@@ -81,6 +82,11 @@ class EquilibriumBranch:
         """Values of the parameter (N,)."""
         return np.asarray(self.unknowns[-1])
 
+    @property
+    def is_closed(self) -> bool:
+        """True if it returns to its first point, which is then its last, too."""
+        return self.ends[0] == self.ends[1] == CURVE_IS_CLOSED
+
     @cached_property
     def stability(self) -> np.ndarray:
         """``StabilityLevel`` of each point (N,); at a special point the higher one of its neighbours."""
@@ -107,6 +113,17 @@ class EquilibriumBranch:
     @property
     def _special(self) -> np.ndarray:
         return np.array([bool(kind) for kind in self.kinds])
+
+    def frequency(self, i: int) -> float | None:
+        """Return the frequency of the oscillation that begins at a special point, None where none does.
+
+        It is that of the pair nearest to the imaginary axis, of those that oscillate.
+        """
+        exponents, kind = self.exponents[np.isfinite(self.exponents[:, i]), i], self.kinds[i]
+        if kind != HOPF and (kind not in (SOME_STABLE, ALL_STABLE) or not exponents[exponents.real.argmax()].imag):
+            return None
+        pairs = exponents[exponents.imag > 0]
+        return float(pairs[np.abs(pairs.real).argmin()].imag)
 
     def intervals(self, level: StabilityLevel) -> list[tuple[int, int]]:
         """Return first and last point of each stretch of a level, up to the special or neutral points where it ends."""

@@ -9,9 +9,8 @@ exponents are those transverse to the family.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 import sympy as sp
@@ -65,54 +64,31 @@ class _Members:
         return int(self.exponents[:, 0].real.argmax())
 
 
-@dataclass(frozen=True)
-class _Sides:
-    """Sides of the force polygon: relative sizes and angles, by which they are compared, and their torques."""
-
-    sizes: tuple[float, ...]
-    torques: SteadyTorques = field(compare=False)
-
-
-@lru_cache(maxsize=512)
-def _polygon(sides: _Sides) -> tuple[np.ndarray, int] | None:
-    """Return phases (n, k) of members and the dimension; None where there is no state, or only isolated ones."""
-    solutions = compensating_phases(sides.torques)
-    if not solutions or not solutions[0][1]:
-        return None
-    phases, dimension, _ = solutions[0]
-    return np.concatenate([phases[:, None], family_members(sides.torques, SAMPLED_MEMBERS - 1)], axis=1), dimension
-
-
 @dataclass(frozen=True, eq=False)
 class FamilyCurve:
-    """Families of states of a machine along a parameter."""
+    """Families of states of a machine along a parameter. polygons: phases of members by the sides of the force polygon, as
+    ``_polygon`` returns them."""
 
     averaged_equilibria: AveragedEquilibria
+    polygons: dict[tuple[float, ...], tuple[np.ndarray, int] | None] = field(default_factory=dict)
 
     @cached_property
     def equilibria(self) -> EquilibriumContinuation:
         """Common speed over the parameter: (w, p) with sum tau_i(w, p) = 0."""
-        averaged_equilibria = self.averaged_equilibria
+        states = self.averaged_equilibria
+        machine, path, (low, high) = states.machine, states.path, states.bounds
         torques, prescribed_speed = (
-            averaged_equilibria.model_at(averaged_equilibria.machine.values[averaged_equilibria.path]).torques,
-            averaged_equilibria.averaged_equations.averaged_system.bodies.fixed_speed,
+            states.model_at(states.nominal_value).torques,
+            states.averaged_equations.averaged_system.bodies.fixed_speed,
         )
         rate = (
             sp.Add(*torques.shaft_torques) / float(torques.inertia.sum())
             if prescribed_speed is None
             else prescribed_speed - SPEED
         )
-        system = System((SPEED,), (rate,), averaged_equilibria.machine.structure.symbols)
-        scale = {
-            SPEED.name: averaged_equilibria.fastest,
-            averaged_equilibria.path: averaged_equilibria.bounds[1] - averaged_equilibria.bounds[0],
-        }
-        equations = EquilibriumEquations.from_system(
-            system, [averaged_equilibria.path], averaged_equilibria.machine.values, scale
-        )
-        return EquilibriumContinuation(
-            equations, averaged_equilibria.bounds, averaged_equilibria.equilibria.steps, {0: averaged_equilibria.limits}
-        )
+        system, scale = System((SPEED,), (rate,), machine.structure.symbols), {SPEED.name: states.fastest, path: high - low}
+        equations = EquilibriumEquations.from_system(system, [path], machine.values, scale)
+        return EquilibriumContinuation(equations, states.bounds, states.equilibria.steps, {0: states.limits})
 
     def follow_branch(self, state: State, value: float) -> EquilibriumBranch:
         """Follow the branch of the family to which a state at a value belongs. Raises ``RunError`` where that is impossible."""
@@ -126,8 +102,11 @@ class FamilyCurve:
                 k = {SOME_STABLE: sample.first, ALL_STABLE: sample.last}.get(kind, 0)
                 rows.append((self._point(speed, sample.phases[:, k], at), sample.exponents[k], kind, sample.share))
         unknowns, exponents, kinds, shares = zip(*rows, strict=True)
+        table = np.full((len(self.averaged_equilibria.names), len(rows)), np.nan, complex)
+        for i, column in enumerate(exponents):
+            table[: len(column), i] = column
         return EquilibriumBranch(
-            unknowns=np.array(unknowns).T, exponents=self._pad_exponents(exponents), kinds=kinds, ends=ends,
+            unknowns=np.array(unknowns).T, exponents=table, kinds=kinds, ends=ends,
             kind=Kind("compensating"), dimension=state.dimension, stable_share=shares,
         )  # fmt: skip
 
@@ -162,25 +141,19 @@ class FamilyCurve:
     def _point(self, speed: float, phases: np.ndarray, value: float) -> np.ndarray:
         return self.averaged_equilibria.point(State(speed, phases), value)
 
-    def _pad_exponents(self, exponents: Sequence[np.ndarray]) -> np.ndarray:
-        table = np.full((len(self.averaged_equilibria.names), len(exponents)), np.nan, complex)
-        for i, column in enumerate(exponents):
-            table[: len(column), i] = column
-        return table
-
-    def _limit_reason(self, unknowns: np.ndarray) -> str:
-        return self.averaged_equilibria.speed_limit_reason(bool(unknowns[0] <= self.averaged_equilibria.limits[0]))
-
     def _closes(self, value: float) -> bool:
         return self._polygon(value) is not None
 
     def _polygon(self, value: float) -> tuple[np.ndarray, int] | None:
+        """Return phases (n, k) of members and the dimension; None where there is no state, or only isolated ones."""
         torques = self.averaged_equilibria.model_at(value).torques
         c = torques.coefficients
         if c is None:
             return None
-        sizes = np.round(np.concatenate([c.real, c.imag]) / np.abs(c).max() / _EQUAL)
-        return _polygon(_Sides(tuple(sizes.tolist()), torques))
+        sides = tuple(np.round(np.concatenate([c.real, c.imag]) / np.abs(c).max() / _EQUAL).tolist())
+        if sides not in self.polygons:
+            self.polygons[sides] = _members_of_polygon(torques)
+        return self.polygons[sides]
 
     def _members(self, value: float, speed: float) -> _Members:
         polygon = self._polygon(value)
@@ -200,7 +173,12 @@ class FamilyCurve:
             first -= 1
         while last + 1 < len(points) and self._closes(points[last + 1].parameter):
             last += 1
-        ends = list(describe_ends(self.equilibria, branch, self.averaged_equilibria.path, self._limit_reason))
+        states = self.averaged_equilibria
+
+        def limit_reason(unknowns: np.ndarray) -> str:
+            return states.speed_limit_reason(bool(unknowns[0] <= states.limits[0]))
+
+        ends = list(describe_ends(self.equilibria, branch, states.path, limit_reason))
         kept_points = points[first : last + 1]
         if first > 0:
             kept_points.insert(0, self._last_closing_point(points[first], points[first - 1]))
@@ -244,3 +222,11 @@ class FamilyCurve:
 
 
 _OPEN = "beyond, the unbalances cannot compensate each other"
+
+
+def _members_of_polygon(torques: SteadyTorques) -> tuple[np.ndarray, int] | None:
+    solutions = compensating_phases(torques)
+    if not solutions or not solutions[0][1]:
+        return None
+    phases, dimension, _ = solutions[0]
+    return np.concatenate([phases[:, None], family_members(torques, SAMPLED_MEMBERS - 1)], axis=1), dimension

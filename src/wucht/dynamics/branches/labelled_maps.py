@@ -9,7 +9,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from wucht.dynamics.branches.ending_map import EndingFindings, EndingMapCase, unexplained_changes
+from wucht.dynamics.branches.ending_map import EndingFindings, unexplained_changes
+from wucht.dynamics.branches.ending_map_case import EndingMapCase
 from wucht.dynamics.branches.orbit_endings import NO_MOTION
 from wucht.dynamics.branches.plane_regions import (
     NOT_DECIDED,
@@ -151,7 +152,7 @@ def map_of_states(case: StateMapCase, findings: StateFindings) -> LabelledMap:
         tuple(hatches.get(k, 0) for k in kinds), tuple(sorted(everywhere)),
         tuple(MapPlace(x, y, labels_of[key]) for x, y, key in contradictions),
         findings.omissions, sum(place.runs for place in findings.runs_by_place),
-        len(findings.runs_by_place) if includes_orbits else len(findings.rows) * case.settings.searches, findings.complete,
+        len(findings.runs_by_place) if includes_orbits else len(findings.rows) * (case.points + 2), findings.complete,
     )  # fmt: skip
 
 
@@ -174,7 +175,7 @@ def _ends_on_folds(case: StateMapCase, findings: StateFindings) -> list[tuple[np
             continue
         seconds = [
             r.second
-            for r in findings.orbit_rows
+            for r in findings.orbits
             for s in r.sides
             if s.kind in (SADDLE_NODE_ON_ORBIT, NOT_IDENTIFIED) and _lies_on(case, c, s.value, r.second)
         ]
@@ -236,7 +237,7 @@ def _change_sentences(case: EndingMapCase, findings: EndingFindings, motion: str
     """Return a sentence on neighbouring places that differ, with no curve between them."""
     if not findings.complete or not (pairs := unexplained_changes(case, findings)):
         return []
-    (first, second), (_, along, across) = pairs[0], case.plane.paths
+    (first, second), (_, along, across) = pairs[0], case.paths
     return [
         f"between {len(pairs)} pairs of neighbouring places that differ no curve was found, such as "
         f"{along} = {first.x:.4g}, {across} = {first.y:.4g} "

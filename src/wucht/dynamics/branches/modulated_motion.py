@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from wucht.dynamics.branches.first_orbits import SeedOrbit, orbit_near
-from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
+from wucht.dynamics.branches.orbit_problem import OrbitProblem
 from wucht.dynamics.branches.plane_regions import Range
 from wucht.dynamics.branches.steady_states import Heartbeat, SteadyStates, SystemEquilibria
 from wucht.errors import InputError, RunError
@@ -23,7 +24,6 @@ _STARTS = 24  # of Newton's method
 _SEARCH_SHARES, _DECADE = (0.001, 0.1, 0.3, 0.6, 0.999), 10.0  # shares of the range, of its logarithm where it is that wide
 _STEPS = Steps(first=0.01, most=0.05, turn=0.1)
 _BEYOND = 0.3  # of a state's range: how far beyond it branches are followed
-_ASIDE = 1e-3  # of a state's size: how far beside a steady state that is unstable a run begins
 _LOWEST, _HIGHEST = 0.02, 1.15  # of the fastest speed of steady states: between these they are searched
 _RUNS = 6  # at each place: from the given start, and from others spread evenly over the states' ranges
 _BESIDE = 1e-3  # of the ranges of the starts
@@ -42,16 +42,17 @@ class ModulatedMotion:
 
     @classmethod
     def of(
-        cls, subject: Subject, path: str, bounds: Range, settings: OrbitSettings, steady_states: SteadyStates
+        cls, subject: Subject, path: str, bounds: Range, steady_states: SteadyStates, together: bool = False,
+        ranges: Mapping[str, Range] | None = None, inertia: bool | None = None, start: Mapping[str, Any] | None = None,
     ) -> ModulatedMotion:  # fmt: skip
         """Set up the motions of a machine, or of user equations, along a parameter within bounds.
 
-        states: the steady ones.
+        together, ranges, inertia, start: see ``OrbitProblem.of``.
 
-        Raises ``InputError`` where a setting does not fit the subject.
+        Raises ``InputError`` where one of them does not fit the subject.
         """
-        part = OrbitProblem.of(subject, path, bounds, settings)
-        whole = OrbitProblem.of(subject, path, bounds, replace(settings, together=False)) if settings.together else part
+        part = OrbitProblem.of(subject, path, bounds, start, together, ranges=ranges, inertia=inertia)
+        whole = OrbitProblem.of(subject, path, bounds, start, ranges=ranges, inertia=inertia) if together else part
         return cls(part, whole, _box(part, steady_states))
 
     def refuse_idle(self, paths: Mapping[str, str]) -> None:
@@ -126,49 +127,32 @@ def _box(problem: OrbitProblem, steady_states: SteadyStates) -> np.ndarray:
     return np.array([(0.0, 2 * np.pi) if turns else speeds for turns in problem.turning]).T
 
 
-@dataclass(frozen=True)
-class LostState:
-    """Point at which a stable steady state vanishes with another one (a fold), or becomes unstable (a Hopf point).
+def lost_states(branches: tuple[Branch, ...]) -> list[tuple[Equilibrium, int]]:
+    """Return the points at which a stable steady state vanishes with another one (a fold), or becomes unstable (a Hopf point).
 
-    way: sign of the parameter's change there. state: start of a run beyond it. fastest: of its eigenvalues, per unit of time.
+    Beside each stands the way: the sign of the parameter's change there. Those come first that are passed as it grows.
     """
-
-    value: float
-    state: np.ndarray
-    way: int
-    fastest: float
-
-    @classmethod
-    def from_point(cls, point: Equilibrium, state: np.ndarray, grows: bool) -> LostState:
-        """Return the loss at a point of a branch. grows: True if the parameter grows on the way on which the state is lost."""
-        return cls(point.parameter, state, 1 if grows else -1, float(np.abs(point.eigenvalues).max()))
-
-
-def lost_states(branches: tuple[Branch, ...]) -> list[LostState]:
-    """Return the folds and Hopf points of stable states, those first that are passed as the parameter grows."""
-    losses = list[LostState]()
+    losses = list[tuple[Equilibrium, int]]()
     for branch in branches:
-        aside = _ASIDE * branch.equations.scale[:-1]
         for before, point, after in zip(branch.points, branch.points[1:], branch.points[2:], strict=False):
             if point.kind == HOPF:
                 stable, unstable = sorted((before, after), key=lambda p: p.unstable)
                 if (stable.unstable, unstable.unstable) == (0, 2) and unstable.parameter != stable.parameter:
-                    losses.append(LostState.from_point(point, point.x + aside, unstable.parameter > stable.parameter))
+                    losses.append((point, 1 if unstable.parameter > stable.parameter else -1))
             elif point.kind == FOLD:
                 beside = [p for p in (before, after) if not p.kind]
                 if any(p.unstable == 0 for p in beside):
-                    losses.append(LostState.from_point(point, point.x, beside[0].parameter < point.parameter))
-    return sorted(losses, key=lambda f: (-f.way, f.value))
+                    losses.append((point, 1 if beside[0].parameter < point.parameter else -1))
+    return sorted(losses, key=lambda loss: (-loss[1], loss[0].parameter))
 
 
-def nearest_fold(motion: ModulatedMotion, x: np.ndarray, value: float) -> LostState:
+def nearest_fold(motion: ModulatedMotion, x: np.ndarray, value: float) -> Equilibrium:
     """Return the fold of a saddle's branch nearest to a value of the parameter. Raises ``RunError`` where it has none."""
     branch = motion.equilibria.follow_branch(motion.equilibria.start(x, value))
     folds = [p for p in branch.special if p.kind == FOLD]
     if not folds:
         raise RunError(f"the saddle has no fold over {motion.subject.path}")
-    best = min(folds, key=lambda p: abs(p.parameter - value))
-    return LostState.from_point(best, best.x, value < best.parameter)
+    return min(folds, key=lambda p: abs(p.parameter - value))
 
 
 @dataclass(frozen=True)
@@ -190,20 +174,17 @@ def reached_motions(
     motion: ModulatedMotion, values: Sequence[float], second: float, report: Heartbeat
 ) -> tuple[ReachedMotions, ...]:
     """Return the motions that runs reach at values of the first parameter. motion: at the value of the second one."""
-    spread = motion.starts(_RUNS - 1)
-    return tuple(_motions_at(motion.whole, spread, value, second, report) for value in values)
-
-
-def _motions_at(subject: OrbitProblem, spread: np.ndarray, value: float, second: float, report: Heartbeat) -> ReachedMotions:
+    spread, all_motions = motion.starts(_RUNS - 1), list[ReachedMotions]()
     beside = _BESIDE * np.ptp(spread, axis=0)  # the given start may be an unstable steady state
-    starts = [np.asarray(subject.initial(value), float) + beside, *spread]
-    steady, unsettled_runs, orbits = 0, 0, list[SeedOrbit]()
-    for start in starts:
-        run = orbit_near(subject, value, start, report)
-        steady, unsettled_runs = steady + run.is_steady, unsettled_runs + (run.orbit is None and not run.is_steady)
-        if run.orbit is not None and not any(is_same_orbit(run.orbit, orbit) for orbit in orbits):
-            orbits.append(run.orbit)
-    return ReachedMotions(value, second, len(starts), steady, tuple(orbits), unsettled_runs)
+    for value in values:
+        starts = [np.asarray(motion.whole.initial(value), float) + beside, *spread]
+        runs, orbits = [orbit_near(motion.whole, value, start, report) for start in starts], list[SeedOrbit]()
+        for orbit in (run.orbit for run in runs if run.orbit is not None):
+            if not any(is_same_orbit(orbit, known_orbit) for known_orbit in orbits):
+                orbits.append(orbit)
+        steady, unsettled_runs = sum(r.is_steady for r in runs), sum(r.orbit is None and not r.is_steady for r in runs)
+        all_motions.append(ReachedMotions(value, second, len(runs), steady, tuple(orbits), unsettled_runs))
+    return tuple(all_motions)
 
 
 def is_same_orbit(a: SeedOrbit, b: SeedOrbit) -> bool:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -38,18 +39,19 @@ class StoredOrbit:
 
 
 @dataclass(frozen=True)
-class HalfBranch:
-    """Orbits in order, from the first on.
+class PeriodicBranch:
+    """Branch of orbits, in order along it.
 
-    values, periods, mean, low, high (of the ordinate), least, largest (of the amplitude): (N,). logarithms (n-1, N): ln mu by
-    collocation. is_trusted (N,): True where these are accurate. product_error (N,): error of their sum.
-    unstable (N,): number of growing disturbances. excess_error (N,): error of the states between mesh points, by their sizes,
-    where that is larger than required, else 0. kinds: "" or that of a special orbit. hidden_points: of an unresolved one, its
-    possible kind and place, else None. stored_orbits: some of the orbits, whole: the first and the last one, special ones and
-    their neighbours, others in between. end: of the branch. offshoots: first orbits of other branches, or sentences why there
-    is none.
+    seed: its first orbit, from which it is followed onward, and backwards as well. values, periods, mean, low, high (of the
+    ordinate), least, largest (of the amplitude): (N,). logarithms (n-1, N): ln mu by collocation. is_trusted (N,): True where
+    these are accurate. product_error (N,): error of their sum. unstable (N,): number of growing disturbances. excess_error
+    (N,): error of the states between mesh points, by their sizes, where that is larger than required, else 0. kinds: "" or that
+    of a special orbit. hidden_points: of an unresolved one, its possible kind and place, else None. stored_orbits: some of the
+    orbits, whole: the first and the last one, special ones and their neighbours, others in between. ends: the last one onward;
+    before it that backwards, if it is followed so. offshoots: first orbits of other branches, or sentences why there is none.
     """
 
+    seed: SeedOrbit
     values: np.ndarray
     periods: np.ndarray
     mean: np.ndarray
@@ -65,7 +67,7 @@ class HalfBranch:
     kinds: tuple[str, ...]
     hidden_points: tuple[HiddenPoint | None, ...]
     stored_orbits: tuple[StoredOrbit, ...]
-    end: BranchEnd
+    ends: tuple[BranchEnd, ...]
     offshoots: tuple[SeedOrbit | str, ...] = field(default_factory=tuple)
 
     @property
@@ -73,83 +75,52 @@ class HalfBranch:
         """True where all disturbances decay (N,), except for those that neither grow nor decay on a special orbit."""
         return np.asarray(self.unstable == 0)
 
-
-@dataclass(frozen=True)
-class PeriodicBranch:
-    """Branch: backward and onward from its first orbit; backward is None where it begins there, or is closed."""
-
-    seed: SeedOrbit
-    backward: HalfBranch | None
-    onward: HalfBranch
-
-    @property
-    def parts(self) -> tuple[HalfBranch, ...]:
-        """Existing halves, in order."""
-        return (self.onward,) if self.backward is None else (self.backward, self.onward)
-
-    def whole_array(self, name: str) -> np.ndarray:
-        """Return an array (..., N) over the whole branch, the backward part reversed and the first orbit once."""
-        onward = getattr(self.onward, name)
-        if self.backward is None:
-            return np.asarray(onward)
-        return np.concatenate([getattr(self.backward, name)[..., :0:-1], onward], axis=-1)
+    def with_backward(self, backward: PeriodicBranch) -> PeriodicBranch:
+        """Return the branch with a part that is followed backwards from its first orbit, which it has once."""
+        whole = dict[str, Any]()
+        for name in (f.name for f in fields(self) if f.name not in ("seed", "ends", "offshoots")):
+            before, onward = getattr(backward, name), getattr(self, name)
+            is_array = isinstance(onward, np.ndarray)
+            whole[name] = np.concatenate([before[..., :0:-1], onward], axis=-1) if is_array else before[:0:-1] + onward
+        return replace(self, **whole, ends=backward.ends + self.ends, offshoots=self.offshoots + backward.offshoots)
 
     @property
-    def kinds(self) -> tuple[str, ...]:
-        """Kinds of all orbits."""
-        return (() if self.backward is None else self.backward.kinds[:0:-1]) + self.onward.kinds
-
-    @property
-    def hidden_points(self) -> tuple[HiddenPoint | None, ...]:
-        """Unlocated special points of all orbits."""
-        return (() if self.backward is None else self.backward.hidden_points[:0:-1]) + self.onward.hidden_points
-
-    @property
-    def stored_orbits(self) -> tuple[StoredOrbit, ...]:
-        """Stored orbits, in order."""
-        return (() if self.backward is None else self.backward.stored_orbits[:0:-1]) + self.onward.stored_orbits
+    def is_closed(self) -> bool:
+        """True if it leads back to its first orbit."""
+        return self.ends[-1].kind == CLOSED_BRANCH
 
     @property
     def stable_ranges(self) -> list[tuple[float, float]]:
         """Ranges of the parameter in which orbits are stable, up to special orbits and to the ends of the branch."""
-        values, special = self.whole_array("values"), np.array([bool(kind) for kind in self.kinds])
-        stretches = _stable_stretches(self.whole_array("stable") & ~special, special)
-        ranges = [self._range_of(values, begin, end) for begin, end in stretches]
-        is_closed = self.onward.end.kind == CLOSED_BRANCH
-        if len(ranges) > 1 and is_closed and stretches[0][0] == 0 and stretches[-1][1] == len(values):
+        special = np.array([bool(kind) for kind in self.kinds])
+        stretches = _stable_stretches(self.stable & ~special, special)
+        ranges = [self._range_of(begin, end) for begin, end in stretches]
+        if len(ranges) > 1 and self.is_closed and stretches[0][0] == 0 and stretches[-1][1] == len(self.values):
             (low, high), (last_low, last_high) = ranges[0], ranges.pop()  # one stretch, on either side of the first orbit
             ranges[0] = min(low, last_low), max(high, last_high)
         return ranges
 
-    def _range_of(self, values: np.ndarray, begin: int, end: int) -> tuple[float, float]:
+    def _range_of(self, begin: int, end: int) -> tuple[float, float]:
         """Return the range of a stretch of orbits, extended to the end of the branch if its last orbit is one of them."""
-        inside = [*values[begin:end].tolist()]
-        if end == len(values):
-            inside.append(self.onward.end.parameter)
-        if begin == 0 and self.backward is not None:
-            inside.append(self.backward.end.parameter)
+        inside = self.values[begin:end].tolist()
+        if end == len(self.values):
+            inside.append(self.ends[-1].parameter)
+        if begin == 0 and len(self.ends) > 1:
+            inside.append(self.ends[0].parameter)
         return float(min(inside)), float(max(inside))
 
     def passes(self, value: float, period: float) -> bool:
         """True if it has an orbit of a period, between neighbours, at a value of the parameter."""
-        _, there = values_at_passages(self.whole_array("values"), value, self.whole_array("periods"))
+        _, there = values_at_passages(self.values, value, self.periods)
         return bool((np.abs(there / period - 1) < _SAME).any())
 
     def is_same_branch(self, candidate: PeriodicBranch) -> bool:
         """True if another branch is this one, started at another special point: its middle orbits lie on this one."""
-        values, periods = candidate.whole_array("values"), candidate.whole_array("periods")
-        low, high, other_low, other_high = (
-            self.whole_array("low"),
-            self.whole_array("high"),
-            candidate.whole_array("low"),
-            candidate.whole_array("high"),
-        )
-        k = len(values) // 2
-        branch_values = self.whole_array("values")
-        i = int(np.abs((branch_values - values[k]) / np.ptp(branch_values).clip(1e-300)).argmin())
-        size = max(other_high[k] - other_low[k], 1e-300)
-        alike = abs(low[i] - other_low[k]) + abs(high[i] - other_high[k]) < _SAME * size
-        return alike and self.passes(float(values[k]), float(periods[k]))
+        k = len(candidate.values) // 2
+        value, low, high = candidate.values[k], candidate.low[k], candidate.high[k]
+        i = int(np.abs((self.values - value) / np.ptp(self.values).clip(1e-300)).argmin())
+        alike = abs(self.low[i] - low) + abs(self.high[i] - high) < _SAME * max(high - low, 1e-300)
+        return alike and self.passes(float(value), float(candidate.periods[k]))
 
 
 def _stable_stretches(stable: np.ndarray, special: np.ndarray) -> list[tuple[int, int]]:
@@ -159,7 +130,7 @@ def _stable_stretches(stable: np.ndarray, special: np.ndarray) -> list[tuple[int
     return [(i, j) for i, j in pairs if stable[i:j].any()]
 
 
-def half_branch(subject: OrbitProblem, seed: SeedOrbit, onward: bool, switch: bool, report: ValueReport) -> HalfBranch:
+def half_branch(subject: OrbitProblem, seed: SeedOrbit, onward: bool, switch: bool, report: ValueReport) -> PeriodicBranch:
     """Follow the branch from a first orbit on, or backwards. Raises ``RunError`` where that orbit cannot be recomputed."""
     cycles, start = cycles_through(subject, seed)
     walk = cycles.walk(start if onward else cycles.backwards(start))
@@ -194,11 +165,11 @@ def half_branch(subject: OrbitProblem, seed: SeedOrbit, onward: bool, switch: bo
     end = branch_end(cycles, columns[0, regular], columns[1, regular], last, walk.end)
     values, periods, mean, low, high, least, largest, is_trusted, product_error, unstable, excess_error = columns
     logarithm_rows = np.array(logarithms).reshape(len(kinds), -1).T
-    return HalfBranch(
-        values=values, periods=periods, mean=mean, low=low, high=high, least=least, largest=largest, logarithms=logarithm_rows,
-        is_trusted=is_trusted > 0, product_error=product_error, unstable=unstable.astype(int),
+    return PeriodicBranch(
+        seed=seed, values=values, periods=periods, mean=mean, low=low, high=high, least=least, largest=largest,
+        logarithms=logarithm_rows, is_trusted=is_trusted > 0, product_error=product_error, unstable=unstable.astype(int),
         excess_error=excess_error, kinds=tuple(kinds), hidden_points=tuple(hidden_points), stored_orbits=tuple(stored_orbits),
-        end=end, offshoots=tuple(offshoots),
+        ends=(end,), offshoots=tuple(offshoots),
     )  # fmt: skip
 
 

@@ -5,10 +5,11 @@ The exponents of single orbits are those of integrated variational equations.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -16,19 +17,17 @@ from wucht.dynamics.branches.bifurcation_diagram import BranchCase, follow_branc
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.branches.first_orbits import SeedOrbit, SettlingRun, cycles_of, orbit_of_run, orbits_of_hopf_points
 from wucht.dynamics.branches.orbit_branches import (
-    HalfBranch,
     PeriodicBranch,
     StoredOrbit,
     half_branch,
     orbit_extremes,
     stored_orbit,
 )
-from wucht.dynamics.branches.orbit_problem import OrbitProblem, OrbitSettings
-from wucht.dynamics.branches.steady_states import BranchSettings
+from wucht.dynamics.branches.orbit_problem import OrbitProblem
+from wucht.dynamics.branches.plane_regions import Range
 from wucht.dynamics.work import Work, result_or_reason, with_result
 from wucht.errors import InputError, RunError
 from wucht.machines.subject import Subject
-from wucht.numerics.periodic.branch_ends import CLOSED_BRANCH
 from wucht.numerics.periodic.cycle import FOLD, Cycle
 from wucht.numerics.periodic.cycle_starts import cycle_from_nodes, cycles_with
 from wucht.numerics.periodic.cycles import Cycles
@@ -50,11 +49,16 @@ class OrbitCase:
     Attributes
     ----------
     problem : OrbitProblem
-    settings : OrbitSettings
     run_values : tuple of float or None
         Where runs search a first orbit; None: at several values, until there is one.
     values : tuple of float or None
         Of orbits that are reported, None: evenly along each branch.
+    until : float or None
+        The longest time of such a run.
+    longest : float or None
+        The period up to which a branch is followed; None: a multiple of that of its first orbit.
+    switch : bool
+        True to follow other branches from branch points and period doublings.
     steady : BranchCase or None
         The steady states.
     no_steady_reason : str
@@ -62,16 +66,20 @@ class OrbitCase:
     """
 
     problem: OrbitProblem
-    settings: OrbitSettings
     run_values: tuple[float, ...] | None
     values: tuple[float, ...] | None
+    until: float | None
+    longest: float | None
+    switch: bool
     steady: BranchCase | None
     no_steady_reason: str
 
     @classmethod
     def of(
-        cls, subject: Subject, path: str, bounds: tuple[float, float], settings: OrbitSettings,
-        run_values: tuple[float, ...] | None = None, values: tuple[float, ...] | None = None,
+        cls, subject: Subject, path: str, bounds: Range, start: Mapping[str, Any] | None = None,
+        run_values: tuple[float, ...] | None = None, values: tuple[float, ...] | None = None, until: float | None = None,
+        longest: float | None = None, switch: bool = False, together: bool = False, show: str | None = None,
+        ranges: Mapping[str, Range] | None = None, inertia: bool | None = None,
     ) -> OrbitCase:  # fmt: skip
         """Set up the orbits of a machine, or of user equations, over the parameter of a path.
 
@@ -82,9 +90,20 @@ class OrbitCase:
             Of the parameter, such as ``"drive.slope"``.
         bounds : (float, float)
             Its range, in SI.
-        settings : OrbitSettings
+        start : mapping, optional
+            The state from which a run searches a first orbit.
         run_values, values : tuple of float, optional
+        until, longest : float, optional
+        switch : bool
             See ``OrbitCase``.
+        together : bool
+            Equal balancing bodies keep equal phases.
+        show : str, optional
+            The state of user equations that is drawn.
+        ranges : mapping of str to (float, float), optional
+            Of their states, in which equilibria are searched.
+        inertia : bool, optional
+            Of a machine's balancing bodies in the averaged equations; None: as is usual for the machine.
 
         Returns
         -------
@@ -93,25 +112,29 @@ class OrbitCase:
         Raises
         ------
         InputError
-            Where a setting does not fit the subject, or it has no averaged equations.
+            Where one of these does not fit the subject, or it has no averaged equations.
         """
-        problem = OrbitProblem.of(subject, path, bounds, settings)
-        steady, no_steady_reason = _steady(subject, problem, settings)
-        return cls(problem, settings, run_values, values, steady, no_steady_reason)
+        problem = OrbitProblem.of(subject, path, bounds, start, together, show, ranges, inertia)
+        steady, no_steady_reason = _steady(subject, problem, together, ranges)
+        return cls(problem, run_values, values, until, longest, switch, steady, no_steady_reason)
 
 
-def _steady(subject: Subject, problem: OrbitProblem, settings: OrbitSettings) -> tuple[BranchCase | None, str]:
+def _steady(
+    subject: Subject, problem: OrbitProblem, together: bool, ranges: Mapping[str, Range] | None
+) -> tuple[BranchCase | None, str]:
     """Return the case of the steady states, or why they are not searched."""
-    if problem.labels.of_equations and settings.ranges is None:
+    labels, only = problem.labels, ("together",) if together else None
+    if labels.of_equations and ranges is None:
         return None, "equilibria are searched only if ranges = { STATE = [low, high] } is given"
-    only = ("together",) if settings.together else None
-    branch_settings = BranchSettings(_SEARCHES, only, problem.labels.state, settings.ranges, problem.labels.inertia)
     try:
-        return BranchCase.of(subject, problem.path, problem.bounds, branch_settings), ""
+        case = BranchCase.of(
+            subject, problem.path, problem.bounds, _SEARCHES, only, labels.state, ranges=ranges, inertia=labels.inertia
+        )
     except InputError as error:
-        if problem.labels.of_equations:
+        if labels.of_equations:
             raise
         return None, f"steady states are not searched: {error.explanation}"
+    return case, ""
 
 
 @dataclass(frozen=True)
@@ -170,13 +193,13 @@ def follow_orbits(case: OrbitCase, work: Work) -> Iterator[OrbitFindings]:
 
 def _first_orbits(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage:
     """Search first orbits, and follow at once each that lies on no known branch."""
-    settings, problem = case.settings, case.problem
+    problem = case.problem
     run_values = case.run_values or tuple(float(problem.bounds[0] + share * np.ptp(problem.bounds)) for share in _RUN_SHARES)
     for i, value in enumerate(run_values):
         share = _STEADY + (_FIRST - _STEADY) * i / len(run_values)
         work.report(share, f"a run at {problem.path} = {value:.5g}")
         report = partial(work.report, share, "a run until it settles")
-        run_there = partial(orbit_of_run, problem, value, settings.until, settings.longest, report)
+        run_there = partial(orbit_of_run, problem, value, case.until, case.longest, report)
         run = work.unit(f"run at {value!r}", run_there)
         findings = with_result(findings, "runs", run)
         yield findings
@@ -186,7 +209,7 @@ def _first_orbits(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage
                 return findings
     sizes = None if case.steady is None else case.steady.steady_states.equilibria.equations.scale[:-1]
     if not findings.branches and sizes is not None and len(sizes) == len(problem.turning):
-        seeds = work.unit("hopf points", partial(orbits_of_hopf_points, problem, findings.steady, sizes, settings.longest))
+        seeds = work.unit("hopf points", partial(orbits_of_hopf_points, problem, findings.steady, sizes, case.longest))
         findings, hopf_orbits = _split(findings, seeds)
         for seed in hopf_orbits:
             findings = yield from _follow_branch(case, seed, findings, work)
@@ -200,7 +223,7 @@ def _follow_branch(case: OrbitCase, first: SeedOrbit, findings: OrbitFindings, w
         seed, k = pending.pop(0), len(findings.branches)
         if any(branch.passes(seed.value, seed.period) for branch in findings.branches) and not len(seed.towards):
             continue
-        halves = list[HalfBranch]()
+        new_branch: PeriodicBranch | None = None
         for onward in (True, False) if not len(seed.towards) else (True,):
             name = f"branch {k} {'onward' if onward else 'backward'} from {seed.origin}"
             part = work.part(name, _FIRST, _BRANCHES)
@@ -208,17 +231,16 @@ def _follow_branch(case: OrbitCase, first: SeedOrbit, findings: OrbitFindings, w
             if isinstance(half, str):
                 findings = with_result(findings, "branches", half, f"the branch from {seed.origin} is not followed: ")
                 break
-            halves.append(half)
-            if half.end.kind == CLOSED_BRANCH:
+            new_branch = half if new_branch is None else new_branch.with_backward(half)
+            if half.is_closed:
                 break
-        if not halves:
+        if new_branch is None:
             yield findings
             continue
-        new_branch = PeriodicBranch(seed, halves[1] if len(halves) > 1 else None, halves[0])
         if len(seed.towards) and any(branch.is_same_branch(new_branch) for branch in findings.branches):
             continue
         findings = with_result(findings, "branches", new_branch)
-        findings, more = _split(findings, [o for half in halves for o in half.offshoots])
+        findings, more = _split(findings, new_branch.offshoots)
         yield findings
         pending += more
     return findings
@@ -230,7 +252,7 @@ def _split(findings: OrbitFindings, seeds: Sequence[SeedOrbit | str]) -> tuple[O
     return replace(findings, omissions=(*findings.omissions, *sentences)), [one for one in seeds if not isinstance(one, str)]
 
 
-def _half_branch(case: OrbitCase, seed: SeedOrbit, onward: bool, work: Work) -> HalfBranch:
+def _half_branch(case: OrbitCase, seed: SeedOrbit, onward: bool, work: Work) -> PeriodicBranch:
     low, high = case.problem.bounds
     begin, to = seed.value, high if onward else low
 
@@ -238,7 +260,7 @@ def _half_branch(case: OrbitCase, seed: SeedOrbit, onward: bool, work: Work) -> 
         done = abs(value - begin) / max(abs(to - begin), 1e-300)
         work.report(min(done, 1.0), f"orbits, {case.problem.path} = {value:.6g}")
 
-    return half_branch(case.problem, seed, onward, case.settings.switch, report)
+    return half_branch(case.problem, seed, onward, case.switch, report)
 
 
 def _report_orbits(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stage:
@@ -257,7 +279,7 @@ def _report_orbits(case: OrbitCase, findings: OrbitFindings, work: Work) -> Stag
 
 def _values_to_report(case: OrbitCase, branch: PeriodicBranch) -> list[tuple[float, tuple[StoredOrbit, ...]]]:
     """Return values, and the stored orbits beside them."""
-    values = branch.whole_array("values")
+    values = branch.values
     inside = np.linspace(values.min(), values.max(), _REPORTS + 1)[:-1] + np.ptp(values) / (2 * _REPORTS)
     chosen_values = case.values if case.values is not None else tuple(inside.tolist())
     targets = [(value, beside) for value in chosen_values for beside in orbits_beside(branch.stored_orbits, value)]

@@ -13,12 +13,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from wucht.dynamics.branches.first_orbits import SeedOrbit, orbit_near
-from wucht.dynamics.branches.modulated_motion import LostState, ModulatedMotion, lost_states
+from wucht.dynamics.branches.modulated_motion import ModulatedMotion, lost_states
 from wucht.dynamics.branches.orbit_branches import cycles_through
 from wucht.dynamics.branches.plane_regions import Range
 from wucht.dynamics.branches.steady_states import Heartbeat
 from wucht.errors import RunError
 from wucht.numerics.continuation.curve import Steps
+from wucht.numerics.continuation.equilibria import FOLD, Equilibrium
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.periodic.branch_ends import (
@@ -35,6 +36,7 @@ from wucht.numerics.recurrence import is_at_rest
 
 NO_MOTION = "none"
 _JUST_BEYOND = (0.01, 0.002)  # of the range: distance beyond a fold at which a run searches the orbit
+_ASIDE = 1e-3  # of a state's size: how far beside a steady state that is unstable a run begins
 _LONGEST = 8.0  # times the least period of the branch
 _GROWN, _LATER = (
     2.5,
@@ -92,29 +94,34 @@ def ending_at(motion: ModulatedMotion, place: tuple[float, float], report: Heart
     have vanished; the orbit on which it settles is followed on in the same sense.
     """
     (low, high), path = motion.subject.bounds, motion.subject.path
-    losses = [f for f in lost_states(motion.steady_branches()) if low < f.value < high]
+    losses = [(point, way) for point, way in lost_states(motion.steady_branches()) if low < point.parameter < high]
     if not losses:
         return OrbitEnding(*place, math.nan, OrbitEnd(NO_MOTION, math.nan, f"no stable state is lost in the range of {path}"))
     sentences = list[str]()
-    for fold in losses:
-        seed = orbit_beyond_loss(motion, fold, sentences, report)
+    for point, way in losses:
+        seed = orbit_beyond_loss(motion, point, way, sentences, report)
         if seed is None:
             continue
         try:
-            return OrbitEnding(*place, fold.value, follow_to_end(motion, seed, fold.way, report))
+            return OrbitEnding(*place, point.parameter, branch_to_end(motion, seed, way, report).end)
         except RunError as error:
             sentences.append(str(error))
-    return OrbitEnding(*place, losses[0].value, OrbitEnd(NO_MOTION, math.nan, "; ".join(dict.fromkeys(sentences))))
+    return OrbitEnding(*place, losses[0][0].parameter, OrbitEnd(NO_MOTION, math.nan, "; ".join(dict.fromkeys(sentences))))
 
 
-def orbit_beyond_loss(motion: ModulatedMotion, fold: LostState, sentences: list[str], report: Heartbeat) -> SeedOrbit | None:
-    """Return the orbit that a run reaches just beyond a lost state; else add a sentence on what the run reaches."""
-    (low, high), span = motion.subject.bounds, _FIRST_SPAN / fold.fastest
+def orbit_beyond_loss(
+    motion: ModulatedMotion, point: Equilibrium, way: int, sentences: list[str], report: Heartbeat
+) -> SeedOrbit | None:
+    """Return the orbit that a run reaches just beyond a point at which a stable state is lost, on the way on which it is lost;
+    else add a sentence on what the run reaches."""
+    (low, high), span = motion.subject.bounds, _FIRST_SPAN / float(np.abs(point.eigenvalues).max())
+    # Beside a Hopf point the steady state is still there.
+    start = point.x if point.kind == FOLD else point.x + _ASIDE * motion.equilibria.equations.scale[:-1]
     for share in _JUST_BEYOND:
-        value = fold.value + fold.way * share * (high - low)
+        value = point.parameter + way * share * (high - low)
         if not low < value < high:
             continue
-        run = orbit_near(motion.subject, value, fold.state, report, lambda _: span)
+        run = orbit_near(motion.subject, value, start, report, lambda _: span)
         if run.orbit is not None:
             return replace(run.orbit, longest=_LONGEST * run.orbit.period)
         sentences.append(run.sentence)
@@ -131,11 +138,6 @@ class BranchToEnd:
     cycles: Cycles
     orbits: tuple[Cycle, ...]
     end: OrbitEnd
-
-
-def follow_to_end(motion: ModulatedMotion, seed: SeedOrbit, way: int, report: Heartbeat) -> OrbitEnd:
-    """Return the end of the branch through an orbit, for growing values of the parameter (way 1) or the other way."""
-    return branch_to_end(motion, seed, way, report).end
 
 
 def branch_to_end(motion: ModulatedMotion, seed: SeedOrbit, way: int, report: Heartbeat) -> BranchToEnd:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,40 +21,6 @@ from wucht.machines.subject import Subject
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.periodic.branch_ends import significant_value
 from wucht.system import System
-
-
-@dataclass(frozen=True)
-class OrbitSettings:
-    """Settings of the equations, of the ordinate, and of how far orbits are followed.
-
-    Parameters
-    ----------
-    start : mapping, optional
-        The state from which a run searches a first orbit.
-    until : float, optional
-        Its longest time.
-    longest : float, optional
-        The period up to which a branch is followed; None: a multiple of that of its first orbit.
-    switch : bool
-        True to follow other branches from branch points and period doublings.
-    together : bool
-        Equal balancing bodies keep equal phases.
-    show : str, optional
-        The state of user equations that is drawn.
-    ranges : mapping of str to (float, float), optional
-        Of their states, in which equilibria are searched.
-    inertia : bool, optional
-        Of a machine's balancing bodies in the averaged equations; None: as is usual for the machine.
-    """
-
-    start: Mapping[str, Any] = field(default_factory=dict)
-    until: float | None = None
-    longest: float | None = None
-    switch: bool = False
-    together: bool = False
-    show: str | None = None
-    ranges: Mapping[str, tuple[float, float]] | None = None
-    inertia: bool | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,15 +43,28 @@ class OrbitProblem:
     embedding: np.ndarray | None = None
 
     @classmethod
-    def of(cls, subject: Subject, path: str, bounds: Range, settings: OrbitSettings) -> OrbitProblem:
+    def of(
+        cls, subject: Subject, path: str, bounds: Range, start: Mapping[str, Any] | None = None, together: bool = False,
+        show: str | None = None, ranges: Mapping[str, Range] | None = None, inertia: bool | None = None,
+    ) -> OrbitProblem:  # fmt: skip
         """Set up the equations along a parameter.
+
+        start: the state from which a run searches a first orbit. together: equal balancing bodies keep equal phases. show: the
+        state of user equations that is drawn. ranges: of their states, in which equilibria are searched. inertia: of a
+        machine's balancing bodies in the averaged equations; None: as is usual for the machine.
 
         Raises ``InputError`` where a machine has no averaged equations, where user equations depend on time, or a key does not
         fit.
         """
+        for key, value in (("show", show), ("ranges", ranges)) if isinstance(subject, Machine) else ():
+            if value is not None:
+                raise InputError(f"study.{key}", value, "allowed for a table [system] only", code="system-only")
         if isinstance(subject, Machine):
-            return _machine_problem(settings, subject, path, bounds)
-        return _equations_problem(settings, subject, path, bounds)
+            return _machine_problem(subject, path, bounds, start or {}, together, inertia)
+        for key, is_given in (("inertia", inertia), ("together", together)):
+            if is_given:
+                raise InputError(f"study.{key}", is_given, "allowed for a machine only", code="machine-only")
+        return _equations_problem(subject, path, bounds, start or {}, show)
 
     @property
     def shows_rotor_speed(self) -> bool:
@@ -124,27 +103,26 @@ class OrbitProblem:
         return {n: int(w) for n, w in zip(self.system.state_names, winding, strict=True) if w}
 
 
-def _machine_problem(settings: OrbitSettings, machine: Machine, path: str, bounds: Range) -> OrbitProblem:
-    if settings.show is not None or settings.ranges is not None:
-        key = "show" if settings.show is not None else "ranges"
-        raise InputError(f"study.{key}", getattr(settings, key), "allowed for a table [system] only", code="system-only")
+def _machine_problem(
+    machine: Machine, path: str, bounds: Range, start: Mapping[str, Any], together: bool, inertia: bool | None
+) -> OrbitProblem:
     steady = steady_machine(machine, None)
-    inertia = keeps_inertia(steady, settings.inertia)
-    averaged_equations = averaged_equations_of(steady, inertia)
-    part = section_of(averaged_equations, True) if settings.together else None
+    has_inertia = keeps_inertia(steady, inertia)
+    averaged_equations = averaged_equations_of(steady, has_inertia)
+    part = section_of(averaged_equations, True) if together else None
     system = _bare(averaged_equations.system if part is None else part.system)
     if path not in system.parameter_names:
         raise InputError("study.along", path, "not allowed: the averaged equations do not depend on it")
 
     def initial(value: float) -> np.ndarray:
         at = steady.with_unchecked_values({path: value})
-        state = initial_state(at, with_default_start(at, settings.start))
-        averaged_equations = averaged_equations_of(at, inertia)
+        state = initial_state(at, with_default_start(at, start))
+        averaged_equations = averaged_equations_of(at, has_inertia)
         whole = averaged_equations.state(angles_in(at, state), speeds_in(at, state))
         return whole if part is None else np.linalg.lstsq(part.embedding, whole, rcond=None)[0]
 
     observables, embedding = _observables(averaged_equations, part, path, steady), None if part is None else part.embedding
-    labels = Labels.from_machine(steady, averaged_equations, inertia)
+    labels = Labels.from_machine(steady, averaged_equations, has_inertia)
     return OrbitProblem(system, steady.values, path, bounds, initial, observables, labels, embedding)
 
 
@@ -168,19 +146,18 @@ def _observables(
     return observables
 
 
-def _equations_problem(settings: OrbitSettings, subject: Subject, path: str, bounds: Range) -> OrbitProblem:
+def _equations_problem(
+    subject: Subject, path: str, bounds: Range, given_start: Mapping[str, Any], show: str | None
+) -> OrbitProblem:
     system, names = _bare(subject.system), subject.system.state_names
-    for key in ("inertia", "together"):
-        if getattr(settings, key):
-            raise InputError(f"study.{key}", getattr(settings, key), "allowed for a machine only", code="machine-only")
     if system.depends_on_time:
         raise InputError("system", None, "these equations depend on the time t: give the phase of the forcing as a state")
     turning = {s.name for s in system.angles}
-    show = settings.show or next((n for n in names if n not in turning), names[0])
-    for name, location in [(show, "study.show"), *((n, f"study.start.{n}") for n in settings.start)]:
+    show = show or next((n for n in names if n not in turning), names[0])
+    for name, location in [(show, "study.show"), *((n, f"study.start.{n}") for n in given_start)]:
         if name not in names:
             raise InputError(location, name, f"unknown state; {nearest(name, names)}")
-    start = np.array([_number(settings.start.get(n, 0.0), f"study.start.{n}") for n in names])
+    start = np.array([_number(given_start.get(n, 0.0), f"study.start.{n}") for n in names])
     row, labels = names.index(show), Labels(f"state {show}", "", show, of_equations=True)
 
     def observables(states: np.ndarray, value: float) -> np.ndarray:

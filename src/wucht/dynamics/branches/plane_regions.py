@@ -77,15 +77,6 @@ class PlanePoint:
     value: float = math.nan
 
 
-@dataclass(frozen=True)
-class CurvesAndPoints:
-    """Curves and points of a plane. omissions: sentences on those that are not located."""
-
-    curves: tuple[PlaneCurve, ...] = ()
-    points: tuple[PlanePoint, ...] = ()
-    omissions: tuple[str, ...] = ()
-
-
 @dataclass(frozen=True, eq=False)
 class PlaneRegions:
     """Regions of a plane. index (rows, columns): number of the region at each place; x (columns,), y (rows,): the places."""

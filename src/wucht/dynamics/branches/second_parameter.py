@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.dynamics.branches.equilibrium_branches import BOUND_TOLERANCE, RANGE_ENDS, EquilibriumBranch, describe_end
-from wucht.dynamics.branches.plane_regions import COINCIDE, CurvesAndPoints, PlanePoint
+from wucht.dynamics.branches.plane_regions import COINCIDE, PlanePoint
 from wucht.dynamics.branches.steady_states import Kind, SteadyStates
 from wucht.errors import WuchtError
 from wucht.numerics.continuation.equilibria import FOLD, HOPF
@@ -98,17 +98,19 @@ def lies_on_curve(
     passages, points = values_at_passages(curve.unknowns[-1], second.value, curve.unknowns)
     for i, at in zip(passages.tolist(), points.T, strict=True):
         away = (at[-2] - unknowns[-1]) / scale[-2]
-        ordinate_change = (
-            steady_states.ordinates(np.append(at[:-2], unknowns[-1])[:, None]).speed
-            - steady_states.ordinates(unknowns[:, None]).speed
-        )
-        if max(abs(away), abs(float(ordinate_change[0])) / steady_states.ordinate_size) < max(_SAME, 0.1 * near[i]):
+        here, there = (steady_states.ordinate(x[:, None])[0] for x in (np.append(at[:-2], unknowns[-1]), unknowns))
+        if max(abs(away), abs(float(here - there)) / steady_states.ordinate_size) < max(_SAME, 0.1 * near[i]):
             return True
     return False
 
 
-def fold_crossings(steady_states: SteadyStates, second: SecondParameter, curves: Sequence[BifurcationCurve]) -> CurvesAndPoints:
-    """Return the crossings of fold curves of states of one name: there two pairs of steady states vanish at once."""
+def fold_crossings(
+    steady_states: SteadyStates, second: SecondParameter, curves: Sequence[BifurcationCurve]
+) -> tuple[PlanePoint | str, ...]:
+    """Return the crossings of fold curves of states of one name: there two pairs of steady states vanish at once.
+
+    In the place of one that is not located stands a sentence.
+    """
     folds, points, omissions = [c for c in curves if c.bifurcation == FOLD], list[PlanePoint](), list[str]()
     equations = steady_states.equations_with(second.path, second.bounds[1] - second.bounds[0])
     pairs = FoldPairs(equations, (steady_states.bounds, second.bounds))
@@ -126,7 +128,7 @@ def fold_crossings(steady_states: SteadyStates, second: SecondParameter, curves:
                     continue
                 if not any(abs(c.x - unknowns[-2]) + abs(c.y - unknowns[-1]) < 1e-9 for c in points):
                     points.append(PlanePoint(COINCIDE, float(unknowns[-2]), float(unknowns[-1])))
-    return CurvesAndPoints((), tuple(points), tuple(omissions))
+    return (*points, *omissions)
 
 
 def crossing_pieces(a: np.ndarray, b: np.ndarray) -> list[tuple[int, int]]:

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import chain
 
 import numpy as np
 
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase, follow_branches
 from wucht.dynamics.branches.first_orbits import SeedOrbit
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion, ReachedMotions, reached_motions
-from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.plane_regions import (
     Bounds,
-    CurvesAndPoints,
     PlaneCurve,
     PlanePoint,
+    Range,
     cell_centres,
     cell_size,
     divide_plane,
@@ -34,15 +34,13 @@ from wucht.dynamics.branches.second_parameter import (
 from wucht.dynamics.branches.state_rows import (
     STABLE,
     ExaminedPlace,
-    NoOrbit,
     OrbitRow,
     RowCase,
-    SteadyRow,
     connection_curve,
     orbit_curve,
     steady_row,
 )  # fmt: skip
-from wucht.dynamics.branches.steady_states import BranchSettings, Heartbeat, Labels
+from wucht.dynamics.branches.steady_states import Heartbeat, Labels
 from wucht.dynamics.work import Work, result_or_reason, with_result
 from wucht.machines.subject import Subject
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
@@ -60,38 +58,44 @@ UNSETTLED_MOTION = "a motion that is neither steady nor periodic"
 class StateMapCase:
     """Plane of two parameters, whose steady states and modulated motions are mapped.
 
-    paths, bounds: of the parameters. cells: per side, at whose centres the motions are examined. settings: of the
-    steady states. motion: None where modulated ones are left out. labels: of the states.
+    paths, bounds: of the parameters. cells: per side, at whose centres the motions are examined. points, only, ranges, inertia:
+    of the steady states, see ``BranchCase.of``. motion: None where modulated ones are left out. labels: of the states.
     """
 
     subject: Subject
     paths: tuple[str, str]
     bounds: Bounds
     cells: int
-    settings: BranchSettings
+    points: int
+    only: tuple[str, ...] | None
+    ranges: Mapping[str, Range] | None
+    inertia: bool | None
     motion: ModulatedMotion | None
     labels: Labels
 
     @classmethod
     def of(
-        cls, subject: Subject, paths: tuple[str, str], bounds: Bounds, cells: int, settings: BranchSettings,
-        orbits: OrbitSettings | None,
+        cls, subject: Subject, paths: tuple[str, str], bounds: Bounds, cells: int, points: int = 5,
+        only: tuple[str, ...] | None = None, ranges: Mapping[str, Range] | None = None, inertia: bool | None = None,
+        orbits: bool = True, together: bool = False,
     ) -> StateMapCase:  # fmt: skip
-        """Set up the plane of a machine, or of user equations. orbits: of modulated motions, None to leave them out.
+        """Set up the plane of a machine, or of user equations. orbits: False to leave out modulated motions; together: in which
+        equal balancing bodies keep equal phases.
 
-        Raises ``InputError`` where a setting does not fit the subject, or it has no averaged equations.
+        Raises ``InputError`` where one of these does not fit the subject, or it has no averaged equations.
         """
         middle, motion = subject.with_values({paths[1]: sum(bounds[1]) / 2}), None
-        steady_states = BranchCase.of(middle, paths[0], bounds[0], settings).steady_states
-        if orbits is not None:
-            motion = ModulatedMotion.of(subject, paths[0], bounds[0], orbits, steady_states)
+        steady_states = BranchCase.of(middle, paths[0], bounds[0], points, only, ranges=ranges, inertia=inertia).steady_states
+        if orbits:
+            motion = ModulatedMotion.of(subject, paths[0], bounds[0], steady_states, together, ranges, inertia)
             motion.refuse_idle(dict(zip(("along", "second"), paths, strict=True)))
-        return cls(subject, paths, bounds, cells, settings, motion, steady_states.labels)
+        return cls(subject, paths, bounds, cells, points, only, ranges, inertia, motion, steady_states.labels)
 
     def row(self, second: float) -> BranchCase:
         """Return the steady states over the first parameter at a value of the second."""
         subject = self.subject.with_values({self.paths[1]: second})
-        return BranchCase.of(subject, self.paths[0], self.bounds[0], self.settings)
+        bounds = self.bounds[0]
+        return BranchCase.of(subject, self.paths[0], bounds, self.points, self.only, ranges=self.ranges, inertia=self.inertia)
 
     def centres(self, k: int) -> np.ndarray:
         """Return the centres of the cells, in the first (0) or the second (1) parameter."""
@@ -113,41 +117,31 @@ class StateMapCase:
 
 @dataclass(frozen=True)
 class StateFindings:
-    """Results so far. crossings: of fold curves. orbits: rows of modulated motions, one for each motion. runs_by_place: motions
-    reached by runs. omissions: sentences on what is missing."""
+    """Results so far. rows: places with their steady states. crossings: of fold curves. orbits: rows of modulated motions, one
+    for each motion. runs_by_place: motions reached by runs. omissions: sentences on what is missing."""
 
-    rows: tuple[SteadyRow, ...] = ()
+    rows: tuple[tuple[ExaminedPlace, ...], ...] = ()
     curves: tuple[BifurcationCurve, ...] = ()
     crossings: tuple[PlanePoint, ...] = ()
-    orbits: tuple[OrbitRow | NoOrbit, ...] = ()
+    orbits: tuple[OrbitRow, ...] = ()
     runs_by_place: tuple[ReachedMotions, ...] = ()
     orbit_curves: tuple[PlaneCurve, ...] = ()
     extra: tuple[tuple[float, float], ...] = ()
     omissions: tuple[str, ...] = field(default_factory=tuple)
     complete: bool = False
 
-    @property
-    def orbit_rows(self) -> list[OrbitRow]:
-        """Rows in which there is a modulated motion."""
-        return [row for row in self.orbits if isinstance(row, OrbitRow)]
-
 
 def examined_places(case: StateMapCase, findings: StateFindings) -> list[ExaminedPlace]:
     """Return each place with its stable motions: those of the branches, and those reached by runs from several starts."""
-    runs_by_place = {(r.x, r.y): r for r in findings.runs_by_place}
-    across = case.centres(0).tolist()
-    # The rows of the cells come first; each further row has one place.
-    values = [across] * case.cells + [[x] for x, _ in findings.extra]
-    places = []
-    for row, xs in zip(findings.rows, values, strict=False):
-        orbit_rows = [r for r in findings.orbit_rows if r.second == row.second]
-        for x, stable_names in zip(xs, row.stable, strict=True):
-            names, level = list(stable_names), max((r.state_at(x) for r in orbit_rows), default=0)
-            if (runs := runs_by_place.get((x, row.second))) is not None:
-                level = STABLE if runs.orbits else level
-                names += [UNIDENTIFIED_STATE] if runs.steady and not stable_names else []
-                names += [UNSETTLED_MOTION] if runs.unsettled_runs else []
-            places.append(ExaminedPlace(x, row.second, tuple(names), level))
+    runs_by_place, places = {(r.x, r.y): r for r in findings.runs_by_place}, list[ExaminedPlace]()
+    # The rows of the cells come first; each further row has one place, which is examined once it is in ``extra``.
+    for place in chain.from_iterable(findings.rows[: case.cells + len(findings.extra)]):
+        names, level = list(place.names), max((r.state_at(place.x) for r in findings.orbits if r.second == place.y), default=0)
+        if (runs := runs_by_place.get((place.x, place.y))) is not None:
+            level = STABLE if runs.orbits else level
+            names += [UNIDENTIFIED_STATE] if runs.steady and not place.names else []
+            names += [UNSETTLED_MOTION] if runs.unsettled_runs else []
+        places.append(replace(place, names=tuple(names), level=level))
     return places
 
 
@@ -161,8 +155,12 @@ def map_states(case: StateMapCase, work: Work) -> Iterator[StateFindings]:
     for k, second in enumerate(seconds):
         part = work.part(f"row {second!r}", _ROWS * k / len(seconds), _ROWS * (k + 1) / len(seconds))
         findings = yield from _follow_row(case, findings, second, case.centres(0), part, work)
-    crossings = work.unit("crossings", partial(_crossings, case, findings.curves))
-    findings = replace(findings, crossings=crossings.points, omissions=(*findings.omissions, *crossings.omissions))
+    middle = sum(case.bounds[1]) / 2
+    crossings = work.unit(
+        "crossings", lambda: fold_crossings(case.row(middle).steady_states, case.second(middle), findings.curves)
+    )
+    for crossing in crossings:
+        findings = with_result(findings, "crossings", crossing)
     if case.motion is not None:
         findings = yield from _runs(case, findings, work)
         findings = yield from _orbits(case, findings, work)
@@ -194,11 +192,6 @@ def _follow_row(
         findings = with_result(findings, "curves", curve, f"{at} is not followed: ")
         yield findings
     return findings
-
-
-def _crossings(case: StateMapCase, curves: tuple[BifurcationCurve, ...]) -> CurvesAndPoints:
-    middle = sum(case.bounds[1]) / 2
-    return fold_crossings(case.row(middle).steady_states, case.second(middle), curves)
 
 
 def _runs(case: StateMapCase, findings: StateFindings, work: Work) -> Stage:
@@ -236,7 +229,7 @@ def _further_orbits(case: StateMapCase, findings: StateFindings, work: Work) -> 
         winding = Counter(tuple(seed.winding.tolist()) for _, seed in seeds).most_common(1)[0][0]
         family_seeds = [(second, seed) for second, seed in seeds if tuple(seed.winding.tolist()) == winding]
         begin = seconds.index(Counter(second for second, _ in family_seeds).most_common(1)[0][0])
-        orbit_rows = dict[int, OrbitRow | NoOrbit]()
+        orbit_rows = dict[int, OrbitRow | str]()
         for k in [*range(begin, len(seconds)), *range(begin - 1, -1, -1)]:
             beside, row_seeds = (
                 orbit_rows.get(k - 1 if k > begin else k + 1),
@@ -248,7 +241,7 @@ def _further_orbits(case: StateMapCase, findings: StateFindings, work: Work) -> 
             report()
             make = partial(case.orbits_at(seconds[k], report).further_row, beside, tuple(row_seeds))
             orbit_rows[k] = work.unit(f"orbits {seconds[k]!r} {family}", make)
-            findings = with_result(findings, "orbits", orbit_rows[k])
+            findings = _with_row(findings, orbit_rows[k])
             yield findings
             findings = yield from _curves_of(case, findings, orbit_rows[k], work, _ORBITS)
         left = [at for at in _unexplained_orbits(findings) if tuple(at[1].winding.tolist()) == winding]
@@ -268,7 +261,7 @@ def _unexplained_orbits(findings: StateFindings) -> list[tuple[float, SeedOrbit]
         (place.y, orbit)
         for place in findings.runs_by_place
         for orbit in place.orbits
-        if not any(r.second == place.y and r.has_orbit(place.x, orbit.winding) for r in findings.orbit_rows)
+        if not any(r.second == place.y and r.has_orbit(place.x, orbit.winding) for r in findings.orbits)
     ]
 
 
@@ -277,29 +270,35 @@ def _orbits(case: StateMapCase, findings: StateFindings, work: Work) -> Stage:
     seconds = case.centres(1).tolist()
     middle = len(seconds) // 2
     order = [*range(middle, len(seconds)), *range(middle - 1, -1, -1)]
-    orbit_rows = dict[int, OrbitRow | NoOrbit]()
+    orbit_rows = dict[int, OrbitRow | str]()
     for done, k in enumerate(order):
         share = _RUNS + (_ORBITS - _RUNS) * done / len(order)
         label = f"modulated motions at {case.paths[1]} = {seconds[k]:.4g}"
         work.report(share, label)
         beside = orbit_rows.get(k - 1 if k > middle else k + 1)
         orbit_rows[k] = _orbit_row(case, work, seconds[k], beside, share, label)
-        findings = replace(findings, orbits=tuple(orbit_rows[i] for i in sorted(orbit_rows)))
+        rows_in_order = [orbit_rows[i] for i in sorted(orbit_rows)]
+        findings = replace(findings, orbits=tuple(row for row in rows_in_order if isinstance(row, OrbitRow)))
         yield findings
         findings = yield from _curves_of(case, findings, orbit_rows[k], work, share)
     return findings
 
 
 def _orbit_row(
-    case: StateMapCase, work: Work, second: float, near: OrbitRow | NoOrbit | None, share: float, label: str
-) -> OrbitRow | NoOrbit:
+    case: StateMapCase, work: Work, second: float, near: OrbitRow | str | None, share: float, label: str
+) -> OrbitRow | str:
     row = case.orbits_at(second, partial(work.report, share, label))
     return work.unit(f"orbits {second!r}", partial(row.row, near))
 
 
-def _curves_of(case: StateMapCase, findings: StateFindings, row: OrbitRow | NoOrbit, work: Work, share: float) -> Stage:
+def _with_row(findings: StateFindings, row: OrbitRow | str) -> StateFindings:
+    """Add a row of modulated motions, if there is one."""
+    return findings if isinstance(row, str) else with_result(findings, "orbits", row)
+
+
+def _curves_of(case: StateMapCase, findings: StateFindings, row: OrbitRow | str, work: Work, share: float) -> Stage:
     """Follow the curves through the special points of a row of orbits."""
-    if isinstance(row, NoOrbit):
+    if isinstance(row, str):
         return findings
     there, second = case.motion_at(row.second), case.second(row.second)
     width, spacing = (high - low for low, high in case.bounds)
@@ -341,7 +340,7 @@ def extended_curves(case: StateMapCase, findings: StateFindings) -> list[PlaneCu
             continue
         order = np.argsort(c.y)
         x, y = c.x[order], c.y[order]
-        beyond = [(k.value, r.second) for r in findings.orbit_rows for k in r.special if k.kind == c.kind]
+        beyond = [(k.value, r.second) for r in findings.orbits for k in r.special if k.kind == c.kind]
         for sign in (-1, 1):
             end = 0 if sign < 0 else -1
             more = sorted((sign * b, a, b) for a, b in beyond if sign * (b - y[end]) > 0)
@@ -386,9 +385,9 @@ def _examine(case: StateMapCase, findings: StateFindings, place: tuple[float, fl
     part = work.part(f"place {len(findings.extra)}", _ORBITS, 1.0)
     findings = yield from _follow_row(case, findings, y, np.array([x]), part, part)
     if case.motion is not None:
-        near = min(findings.orbit_rows, key=lambda r: abs(r.second - y), default=None)
+        near = min(findings.orbits, key=lambda r: abs(r.second - y), default=None)
         row = _orbit_row(case, part, y, near, _ORBITS, f"modulated motions {location}")
-        findings = _with_runs(case, with_result(findings, "orbits", row), part, [x], y, _ORBITS)
+        findings = _with_runs(case, _with_row(findings, row), part, [x], y, _ORBITS)
     findings = with_result(findings, "extra", (x, y))
     yield findings
     return findings

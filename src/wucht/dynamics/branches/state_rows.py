@@ -39,17 +39,23 @@ _ORBITS_BETWEEN = 150  # of neighbouring rows: a branch with more of them has st
 
 
 @dataclass(frozen=True)
-class SteadyRow:
-    """Row of steady states. second: the value. stable: for each value of the first parameter, the names of the stable
-    states, or the number of those without names."""
+class ExaminedPlace:
+    """Motions at a place (x, y). names: of stable steady states, or the number of those without names. level: of modulated
+    motions: 0 none, 1 unstable, 2 stable."""
 
-    second: float
-    stable: tuple[tuple[str, ...], ...]
+    x: float
+    y: float
+    names: tuple[str, ...]
+    level: int = 0
+
+    def key(self, without: frozenset[str] = frozenset()) -> str:
+        """Return what is compared with other places. without: names that are left out."""
+        return f"{self.level};{','.join(sorted(set(self.names) - without))}"
 
 
-def steady_row(second: float, branches: Sequence[EquilibriumBranch], values: np.ndarray) -> SteadyRow:
-    """Return the row from the branches of steady states over the first parameter."""
-    stable_names = []
+def steady_row(second: float, branches: Sequence[EquilibriumBranch], values: np.ndarray) -> tuple[ExaminedPlace, ...]:
+    """Return the steady states at values of the first parameter, from their branches over it."""
+    places = []
     for value in values.tolist():
         names, unnamed_count = set[str](), 0
         for b in branches:
@@ -59,8 +65,8 @@ def steady_row(second: float, branches: Sequence[EquilibriumBranch], values: np.
                     unnamed_count += not b.kind.name
                     names |= {b.kind.name} if b.kind.name else set()
         names |= {ONE_STABLE if unnamed_count == 1 else f"{unnamed_count} stable states"} if unnamed_count else set()
-        stable_names.append(tuple(sorted(names)))
-    return SteadyRow(second, tuple(stable_names))
+        places.append(ExaminedPlace(value, second, tuple(sorted(names))))
+    return tuple(places)
 
 
 @dataclass(frozen=True)
@@ -104,59 +110,40 @@ class OrbitRow:
         return np.array([low, *self.values, high])
 
 
-@dataclass(frozen=True)
-class ExaminedPlace:
-    """Motions at a place (x, y). names: of stable steady states. level: of modulated ones: 0 none, 1 unstable, 2 stable."""
-
-    x: float
-    y: float
-    names: tuple[str, ...]
-    level: int
-
-    def key(self, without: frozenset[str] = frozenset()) -> str:
-        """Return what is compared with other places. without: names that are left out."""
-        return f"{self.level};{','.join(sorted(set(self.names) - without))}"
-
-
-@dataclass(frozen=True)
-class NoOrbit:
-    """Reason why there is no branch of orbits at a value of the second parameter."""
-
-    second: float
-    sentence: str
-
-
 @dataclass(frozen=True, eq=False)
 class RowCase:
-    """Row at a value of the second parameter, that of ``motion``. path: of that parameter."""
+    """Row at a value of the second parameter, that of ``motion``. path: of that parameter.
+
+    In the place of a row that does not exist stands the reason.
+    """
 
     motion: ModulatedMotion
     path: str
     second: float
     report: Heartbeat
 
-    def row(self, near: OrbitRow | NoOrbit | None) -> OrbitRow | NoOrbit:
+    def row(self, near: OrbitRow | str | None) -> OrbitRow | str:
         """Follow the branch of modulated motions. near: that at a neighbouring value."""
         sentences, (low, high) = list[str](), self.motion.subject.bounds
         seed = self.seed_from_neighbour(near)
-        for loss in lost_states(self.motion.steady_branches()) if seed is None else ():
-            if seed is None and low < loss.value < high:
-                seed = orbit_beyond_loss(self.motion, loss, sentences, self.report)
+        for point, way in lost_states(self.motion.steady_branches()) if seed is None else ():
+            if seed is None and low < point.parameter < high:
+                seed = orbit_beyond_loss(self.motion, point, way, sentences, self.report)
         if seed is None:
-            return NoOrbit(self.second, "; ".join(dict.fromkeys(sentences)) or "no stable steady state is lost there")
+            return "; ".join(dict.fromkeys(sentences)) or "no stable steady state is lost there"
         return self.row_through(seed)
 
-    def further_row(self, near: OrbitRow | NoOrbit | None, seeds: tuple[SeedOrbit, ...]) -> OrbitRow | NoOrbit:
+    def further_row(self, near: OrbitRow | str | None, seeds: tuple[SeedOrbit, ...]) -> OrbitRow | str:
         """Follow the branch of a motion that runs have reached: through a seed, or through the neighbouring branch's orbit."""
         beside = self.seed_from_neighbour(near)
-        row: OrbitRow | NoOrbit = NoOrbit(self.second, "the neighbouring motion cannot be followed to this value")
+        row: OrbitRow | str = "the neighbouring motion cannot be followed to this value"
         for seed in (*([beside] if beside is not None else []), *seeds):
             row = self.row_through(seed)
             if isinstance(row, OrbitRow):
                 break
         return row
 
-    def row_through(self, seed: SeedOrbit) -> OrbitRow | NoOrbit:
+    def row_through(self, seed: SeedOrbit) -> OrbitRow | str:
         """Follow the branch through an orbit both ways."""
         try:
             back, onward = (branch_to_end(self.motion, seed, way, self.report) for way in (-1, 1))
@@ -168,7 +155,7 @@ class RowCase:
                 return self._row_in_section((low, high), middle, (back, onward))
             return self._row_by_collocation((low, high), middle)
         except WuchtError as error:
-            return NoOrbit(self.second, str(error))
+            return str(error)
 
     def _orbit_within(self, seed: SeedOrbit, half: BranchToEnd, value: float) -> SeedOrbit:
         """Return the orbit of a branch at a value, or as near to it as the branch is followed.
@@ -235,7 +222,7 @@ class RowCase:
             parts.append(short)
         return [*parts[0][::-1], *parts[1]]
 
-    def seed_from_neighbour(self, near: OrbitRow | NoOrbit | None) -> SeedOrbit | None:
+    def seed_from_neighbour(self, near: OrbitRow | str | None) -> SeedOrbit | None:
         """Follow the middle orbit of a neighbouring branch to the value of the second parameter; None where that fails."""
         if not isinstance(near, OrbitRow) or near.second == self.second:
             return near.middle if isinstance(near, OrbitRow) else None

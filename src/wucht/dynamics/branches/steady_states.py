@@ -26,46 +26,19 @@ NO_LABEL = "steady states"  # of states without a name
 
 
 @dataclass(frozen=True)
-class BranchSettings:
-    """Settings of the search and continuation of steady states.
-
-    Parameters
-    ----------
-    points : int
-        Values in the range, besides those near both ends, at which all states are searched.
-    only : tuple of str, optional
-        Names of states that are followed, None for all.
-    show : str, optional
-        The state that is drawn; None: the main rotor's speed, of user equations their first state.
-    ranges : mapping of str to (float, float), optional
-        Of the states of user equations, in which equilibria are searched.
-    inertia : bool, optional
-        Of a machine's balancing bodies in the averaged equations; None: as is usual for the machine.
-    """
-
-    points: int = 5
-    only: tuple[str, ...] | None = None
-    show: str | None = None
-    ranges: Mapping[str, tuple[float, float]] | None = None
-    inertia: bool | None = None
-
-    @property
-    def searches(self) -> int:
-        """Number of values at which all states are searched, those near both ends included."""
-        return self.points + 2
-
-
-@dataclass(frozen=True)
 class StatesAtValue:
     """States at a value of the parameter: points (n+1,) of isolated ones, and families. complete: True if proved to be all.
     evidence: for that, or why not. speeds: between which states were searched, None where the speed is given, or is none.
+    failure: why the search was impossible.
     """
 
-    points: tuple[np.ndarray, ...]
-    families: tuple[State, ...]
-    complete: bool
-    evidence: str
+    value: float
+    points: tuple[np.ndarray, ...] = ()
+    families: tuple[State, ...] = ()
+    complete: bool = False
+    evidence: str = ""
     speeds: tuple[float, float] | None = None
+    failure: str | None = None
 
 
 @dataclass(frozen=True)
@@ -85,14 +58,6 @@ class Kind:
         split = self.split
         apart = f" {split[0]} : {split[1]}" if split is not None and self.name == "opposed" and sum(split) > 2 else ""
         return f"type {self.type}: {self.name}" if self.type else f"{self.name}{apart}"
-
-
-@dataclass(frozen=True)
-class Ordinates:
-    """Ordinates of points (N,): a quantity, by default the speed; and the amplitude, nan where there is none."""
-
-    speed: np.ndarray
-    amplitude: np.ndarray
 
 
 MODULATED_MOTION, PERIODIC_ORBIT = "modulated motion", "periodic orbit"  # of a machine, and of user equations
@@ -188,8 +153,11 @@ class SteadyStates(Protocol):
     def kind(self, unknowns: np.ndarray) -> Kind:
         """Return name and type of the state at a point."""
 
-    def ordinates(self, unknowns: np.ndarray) -> Ordinates:
-        """Return the ordinates of points (n+1, N)."""
+    def ordinate(self, unknowns: np.ndarray) -> np.ndarray:
+        """Return the quantity that is drawn (N,), by default the speed, of points (n+1, N)."""
+
+    def amplitude(self, unknowns: np.ndarray) -> np.ndarray:
+        """Return the amplitude (N,) of points (n+1, N), nan where there is none."""
 
     def state_by_name(self, unknowns: np.ndarray) -> Mapping[str, float]:
         """Return the state at a point by names."""
@@ -220,19 +188,20 @@ class SystemEquilibria:
 
     @classmethod
     def of(
-        cls, subject: Subject, path: str, bounds: tuple[float, float], settings: BranchSettings
+        cls, subject: Subject, path: str, bounds: tuple[float, float], ranges: Mapping[str, tuple[float, float]] | None = None,
+        show: str | None = None,
     ) -> SystemEquilibria:  # fmt: skip
-        """Set up the equilibria. Raises ``InputError`` where a setting does not fit the equations, or they depend on time."""
+        """Set up the equilibria. show: None: the first state.
+
+        Raises ``InputError`` where that or the ranges do not fit the equations, or they depend on time.
+        """
         names, turning = subject.system.state_names, {s.name for s in subject.system.angles}
-        for key, setting in (("only", settings.only), ("inertia", settings.inertia)):
-            if setting is not None:
-                raise InputError(f"study.{key}", setting, "allowed for a machine only")
         if subject.system.depends_on_time:
             raise InputError("system", None, "these equations depend on the time t: they have no equilibria")
-        show = settings.show or names[0]
+        show = show or names[0]
         if show not in names:
             raise InputError("study.show", show, f"unknown state; {nearest(show, names)}")
-        ranges = dict.fromkeys(turning, (0.0, 2 * np.pi)) | dict(settings.ranges or {})
+        ranges = dict.fromkeys(turning, (0.0, 2 * np.pi)) | dict(ranges or {})
         for name in ranges:
             if name not in names:
                 raise InputError(f"study.ranges.{name}", list(ranges[name]), f"unknown state; {nearest(name, names)}")
@@ -305,7 +274,7 @@ class SystemEquilibria:
         width, turning = equations.scale[:-1], equations.turns[:-1] > 0
         inside = [x for x in solutions if ((x >= low - width) & (x <= high + width) | turning).all()]
         evidence = f"deflated Newton's method from {_STARTS} starts within the ranges of the states: completeness is not proved"
-        return StatesAtValue(tuple(np.append(x, value) for x in inside), (), False, evidence)
+        return StatesAtValue(value, tuple(np.append(x, value) for x in inside), evidence=evidence)
 
     def is_same(self, unknowns: np.ndarray, reference: np.ndarray) -> bool:
         """See ``SteadyStates``: up to whole turns of angles."""
@@ -319,9 +288,13 @@ class SystemEquilibria:
         """See ``SteadyStates``: they have no names."""
         return Kind()
 
-    def ordinates(self, unknowns: np.ndarray) -> Ordinates:
+    def ordinate(self, unknowns: np.ndarray) -> np.ndarray:
         """See ``SteadyStates``."""
-        return Ordinates(unknowns[self.names.index(self.show)], np.full(unknowns.shape[1], math.nan))
+        return np.asarray(unknowns[self.names.index(self.show)])
+
+    def amplitude(self, unknowns: np.ndarray) -> np.ndarray:
+        """See ``SteadyStates``."""
+        return np.full(unknowns.shape[1], math.nan)
 
     def state_by_name(self, unknowns: np.ndarray) -> dict[str, float]:
         """See ``SteadyStates``."""

@@ -27,7 +27,7 @@ _LONGEST_STEP = 0.5  # of Newton's method, in the states' sizes
 _REGULAR = 1e-14  # added to the Jacobian, so that a singular one does not end the search from other starts
 _SMALL = 1e-11  # of the residual, each equation scaled by its size
 _SAME = 1e-5  # of two equilibria that are the same
-STABLE = 1e-9  # of the fastest rate: growth below this is rounding
+_STABLE = 1e-9  # of the fastest rate: growth below this is rounding
 
 
 class EntrainmentEquations:
@@ -59,16 +59,12 @@ class EntrainmentEquations:
         system, name = self.averaged_equations.system, self.parameter.name
         scale = dict(zip(self.names, self.sizes.tolist(), strict=True)) | {name: self.unit}
         if self.parameter.shares.keys() != {name}:
-            symbol = sp.Symbol(name, real=True)
-            follows = [(p, mean + share * symbol) for p, (mean, share) in self._symbol_shares(system).items()]
+            symbol, symbols = sp.Symbol(name, real=True), dict(zip(system.parameter_names, system.parameters, strict=True))
+            follows = [(symbols[path], mean + share * symbol) for path, (mean, share) in self.parameter.shares.items()]
             parameters = tuple(p for p in system.parameters if p not in dict(follows))
             definitions = (*follows, *system.definitions)
             system = System(system.states, system.derivatives, (*parameters, symbol), definitions, angles=system.angles)
         return EquilibriumEquations.from_system(system, [name], self.machine.values, scale)
-
-    def _symbol_shares(self, system: System) -> dict[sp.Symbol, tuple[float, float]]:
-        symbols = dict(zip(system.parameter_names, system.parameters, strict=True))
-        return {symbols[path]: share for path, share in self.parameter.shares.items()}
 
     def rates(self, states: np.ndarray, value: float) -> tuple[np.ndarray, np.ndarray]:
         """Return dx/dt (n, N) at states (n, N), scaled, and the derivatives (N, n, n) by the scaled states."""
@@ -90,7 +86,7 @@ class EntrainmentEquations:
     def is_stable(self, state: np.ndarray, value: float) -> bool:
         """True if all disturbances decay."""
         values = self.eigenvalues(state, value)
-        return bool(values.real.max() < -STABLE * np.abs(values).max())
+        return bool(values.real.max() < -_STABLE * np.abs(values).max())
 
     @np.errstate(all="ignore")  # a start from which Newton's method diverges is left out
     def equilibria(self, value: float, more: np.ndarray | None = None) -> list[np.ndarray]:

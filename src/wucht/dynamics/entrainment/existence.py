@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.entrainment.entrainment_case import (
     AMPLITUDE,
     DETUNING,
@@ -16,7 +17,7 @@ from wucht.dynamics.entrainment.entrainment_case import (
     no_load_speed,
     swept_parameter,
 )
-from wucht.dynamics.entrainment.entrainment_equations import STABLE, EntrainmentEquations
+from wucht.dynamics.entrainment.entrainment_equations import EntrainmentEquations
 from wucht.dynamics.entrainment.runs_from_start import RunFromStart
 from wucht.dynamics.work import Work
 from wucht.numerics.continuation.curve import Steps
@@ -31,38 +32,13 @@ RANGE = "range"
 
 
 @dataclass(frozen=True)
-class ExistenceBranch:
-    """Equilibria along their arc length.
-
-    values: (N,) of the parameter. states: (n, N). stable: (N,), at a special point as beside it on the stable side. kinds (N):
-    "" or the kind of a special point. leaving (N): the complex exponent that grows fastest. closed: it returns.
-    """
-
-    values: np.ndarray
-    states: np.ndarray
-    stable: np.ndarray
-    kinds: tuple[str, ...]
-    leaving: np.ndarray
-    is_closed: bool
-
-
-@dataclass(frozen=True)
-class Edge:
-    """End of stability: the value of the parameter, and its kind: ``fold``, ``hopf``, ``branch-point``, or ``range`` where the
-    range ends.
-    """
-
-    value: float
-    kind: str
-
-
-@dataclass(frozen=True)
 class StableRange:
-    """Stable stretch of a branch, from ``low`` to ``high``; points: indices into the branch."""
+    """Stable stretch of a branch. ends: values of the parameter at its lower and upper end. kinds: of these ends: ``fold``,
+    ``hopf``, ``branch-point``, or ``range`` where the range ends. points: indices into the branch."""
 
     branch: int
-    low: Edge
-    high: Edge
+    ends: tuple[float, float]
+    kinds: tuple[str, str]
     points: np.ndarray
 
 
@@ -74,9 +50,9 @@ class Continuation:
         turning = dict.fromkeys(np.flatnonzero(~equations.phases).tolist(), (0.0, math.inf))
         self.problem = EquilibriumContinuation(equations.equations, equations.limits, _STEPS, turning)
 
-    def branches(self, values: Sequence[float], more: np.ndarray | None, work: Work) -> tuple[ExistenceBranch, ...]:
+    def branches(self, values: Sequence[float], more: np.ndarray | None, work: Work) -> tuple[EquilibriumBranch, ...]:
         """Follow all branches through the values, from many starts there and from states ``more`` (n, N) at the first."""
-        branches: list[ExistenceBranch] = []
+        branches: list[EquilibriumBranch] = []
 
         def follow(state: np.ndarray, value: float, share: float) -> None:
             work.report(share, "averaged equations")
@@ -91,28 +67,23 @@ class Continuation:
         work.report(1.0, "averaged equations")
         return tuple(branches)
 
-    def follow_branch(self, state: np.ndarray, value: float) -> ExistenceBranch:
+    def follow_branch(self, state: np.ndarray, value: float) -> EquilibriumBranch:
         """Follow the branch through an equilibrium both ways, up to the limits or until it closes."""
         at, e = np.append(state, value), self.problem.equations
         whole = self.problem.follow_branch(self.problem.curve.start(at, direction(e.values(at)[1], e.scale)))
-        exponents = np.array([p.eigenvalues for p in whole.points])
-        decays = exponents.real.max(axis=1) < -STABLE * np.abs(exponents).max(axis=1)
-        special = np.array([bool(p.kind) for p in whole.points])
-        beside = np.append(False, decays[:-1] & ~special[:-1]) | np.append(decays[1:] & ~special[1:], False)
-        leaving = np.take_along_axis(exponents, exponents.real.argmax(axis=1)[:, None], axis=1)[:, 0]
-        kinds, stable = tuple(p.kind for p in whole.points), np.where(special, beside, decays)
-        return ExistenceBranch(whole.unknowns[-1], whole.unknowns[:-1], stable, kinds, leaving, whole.is_closed)
+        exponents = np.array([p.eigenvalues for p in whole.points]).T
+        return EquilibriumBranch(whole.unknowns, exponents, tuple(p.kind for p in whole.points), whole.ends)
 
-    def passes(self, branch: ExistenceBranch, state: np.ndarray, value: float) -> bool:
+    def passes(self, branch: EquilibriumBranch, state: np.ndarray, value: float) -> bool:
         """True if an equilibrium lies on a branch."""
-        v, states = branch.values, branch.states.T
+        v, states = branch.parameter_values, branch.unknowns[:-1].T
         k = np.flatnonzero((np.minimum(v[1:], v[:-1]) <= value) & (value <= np.maximum(v[1:], v[:-1])))
         width = v[k + 1] - v[k]
         share = np.divide(value - v[k], width, out=np.zeros(len(k)), where=width != 0)
         between = states[k] + share[:, None] * (states[k + 1] - states[k])
         return bool((self.equations.distance(between, state) < STEP).any())
 
-    def stable_ranges(self, branches: Sequence[ExistenceBranch]) -> tuple[StableRange, ...]:
+    def stable_ranges(self, branches: Sequence[EquilibriumBranch]) -> tuple[StableRange, ...]:
         """Return all stable stretches."""
         ranges = []
         for index, b in enumerate(branches):
@@ -125,9 +96,9 @@ class Continuation:
             for begin, end in stretches(stable):
                 before = regular[begin - 1] if begin else None
                 after = regular[end] if end < len(regular) else None
-                ends = _edge(b, regular[begin], before), _edge(b, regular[end - 1], after)
-                low, high = sorted(ends, key=lambda e: e.value)
-                ranges.append(StableRange(index, low, high, regular[begin:end]))
+                edges = _edge(b, regular[begin], before), _edge(b, regular[end - 1], after)
+                (low, low_kind), (high, high_kind) = sorted(edges, key=lambda edge: edge[0])
+                ranges.append(StableRange(index, (low, high), (low_kind, high_kind), regular[begin:end]))
         return tuple(ranges)
 
     def _equilibria_anywhere(self, value: float) -> list[tuple[np.ndarray, float]]:
@@ -139,18 +110,21 @@ class Continuation:
         ]
 
 
-def _edge(b: ExistenceBranch, inside: int, outside: int | None) -> Edge:
-    """Return where stability is lost between a stable point and its neighbour: at the special point between them."""
+def _edge(b: EquilibriumBranch, inside: int, outside: int | None) -> tuple[float, str]:
+    """Return where stability is lost between a stable point and its neighbour, at the special point between them; and its
+    kind."""
+    values = b.parameter_values.tolist()
     if outside is None:
-        return Edge(float(b.values[inside]), RANGE)
-    count = len(b.values) - b.is_closed  # the last point of a closed branch is its first
+        return values[inside], RANGE
+    count = len(values) - b.is_closed  # the last point of a closed branch is its first
     forward = (outside - inside) % count <= count // 2 if b.is_closed else outside > inside
     step = 1 if forward else -1
     beside = (inside + step) % count
     if kind := b.kinds[beside]:
-        return Edge(float(b.values[beside]), kind)
+        return values[beside], kind
     # No special point was located between them.
-    return Edge(float(b.values[inside]), HOPF if b.leaving[outside].imag else FOLD)
+    exponents = b.exponents[:, outside]
+    return values[inside], HOPF if exponents[exponents.real.argmax()].imag else FOLD
 
 
 _MARGIN = 0.2  # of the band of existence: margin of the examined range
@@ -169,7 +143,7 @@ class Existence:
 
     equations: EntrainmentEquations | None = None
     warnings: tuple[str, ...] = ()
-    branches: tuple[ExistenceBranch, ...] = ()
+    branches: tuple[EquilibriumBranch, ...] = ()
     band: StableRange | None = None
     slowest_rate: float | None = None
     phases: Mapping[str, float] = field(default_factory=dict)
@@ -191,19 +165,20 @@ def existence(case: EntrainmentCase, nominal_run: RunFromStart, senses: Mapping[
     def nearest(r: StableRange) -> np.ndarray:
         """Return the state (n,) of the point in a range that is nearest to the nominal value."""
         b = branches[r.branch]
-        return b.states[:, int(r.points[np.abs(b.values[r.points] - value).argmin()])]
+        return np.asarray(b.unknowns[:-1, int(r.points[np.abs(b.parameter_values[r.points] - value).argmin()])])
 
     def order(r: StableRange) -> tuple[float, float, float]:
         """Return the sorting key: first the range of the machine; else the nearest one, and of several the widest."""
-        away = max(r.low.value - value, value - r.high.value, 0.0)
+        low, high = r.ends
+        away = max(low - value, value - high, 0.0)
         apart = 0.0 if run_state is None else float(equations.distance(nearest(r), run_state))
-        return away, round(apart, 3), r.low.value - r.high.value
+        return away, round(apart, 3), low - high
 
     existing = Existence(equations, equations.averaged_equations.warnings, branches)
     if not ranges:
         return existing
     band = min(ranges, key=order)
-    low, high, near = band.low.value, band.high.value, nearest(band)
+    (low, high), near = band.ends, nearest(band)
     inside = low < value < high
     value_inside = value if inside else float(np.clip(value, low + 0.1 * (high - low), high - 0.1 * (high - low)))
     stable = [s for s in equations.equilibria(value_inside, near[:, None]) if equations.is_stable(s, value_inside)]
@@ -236,8 +211,9 @@ def range_around(case: EntrainmentCase, band: StableRange | None) -> tuple[float
     """Return the range to examine where none is given: the band of existence and a margin, including the nominal value."""
     nominal_value, (least, most) = case.parameter.nominal_value, case.limits
     if band is not None and case.parameter.name == AMPLITUDE:
-        return _FIRST * band.low.value, _LARGEST * max(nominal_value, band.low.value if band.low.kind != "range" else 0.0)
-    ends = [nominal_value] if band is None else [band.low.value, band.high.value, nominal_value]
+        low = band.ends[0]
+        return _FIRST * low, _LARGEST * max(nominal_value, 0.0 if band.kinds[0] == RANGE else low)
+    ends = [nominal_value] if band is None else [*band.ends, nominal_value]
     margin = max(abs(nominal_value), (most - least) / 100) if band is None else _MARGIN * (max(ends) - min(ends))
     return max(min(ends) - margin, least), min(max(ends) + margin, most)
 
@@ -247,13 +223,14 @@ def threshold(case: EntrainmentCase, existing: Existence, work: Work) -> float |
     if existing.equations is None or case.machine.shaken_coordinate is None:
         return None
     if case.parameter.name == AMPLITUDE:
-        return existing.band.low.value if existing.band is not None and existing.band.low.kind != "range" else None
+        band = existing.band
+        return None if band is None or band.kinds[0] == RANGE else band.ends[0]
     amplitude, senses = swept_parameter(case.steady, AMPLITUDE), existing.equations.averaged_equations.senses
     for k in range(_DOUBLINGS if amplitude.nominal_value > 0 else 0):
         largest = amplitude.nominal_value * 2.0**k
         continuation = Continuation(EntrainmentEquations(case.steady, amplitude, senses, (0.0, largest * 1.001)))
         branches = continuation.branches([largest], None, work.part(f"amplitude {k}", k / _DOUBLINGS, (k + 1) / _DOUBLINGS))
-        least_amplitudes = [r.low.value for r in continuation.stable_ranges(branches) if r.high.kind == "range"]
+        least_amplitudes = [r.ends[0] for r in continuation.stable_ranges(branches) if r.kinds[1] == RANGE]
         if least_amplitudes:
             return min(least_amplitudes)
     return None

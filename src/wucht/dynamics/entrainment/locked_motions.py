@@ -10,7 +10,6 @@ from functools import partial
 import numpy as np
 
 from wucht.dynamics.entrainment.entrainment_case import EntrainmentCase
-from wucht.dynamics.entrainment.runs_from_start import RunFromStart
 from wucht.dynamics.work import Work
 from wucht.errors import WuchtError
 from wucht.machines.machine import Machine
@@ -88,13 +87,6 @@ class LockedMotions:
         trivial = sum(c.prescribed_velocity is not None for c in machine.coordinates) + (frequency is None)
         multiplier = float(np.abs(orbit.nontrivial(trivial)).max(initial=0.0))
         return LockedMotion(value, np.array(phases), 2 * math.pi / orbit.period, multiplier, orbit)
-
-    def at_end_of(self, run: RunFromStart) -> LockedMotion | str:
-        """Return the locked motion at the end of a run, or the reason why there is none."""
-        try:
-            return self.motion(run.value, run.end_state, abs(run.mean_speed))
-        except WuchtError as error:
-            return str(error)
 
     def follow_both_ways(
         self, seed: LockedMotion, limits: tuple[float, float], edges: tuple[float, float], resolution: float, work: Work

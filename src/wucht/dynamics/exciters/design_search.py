@@ -138,5 +138,10 @@ def best_apart(trials: DesignTrials, batches: Sequence[Candidates], count: int) 
 
 def nearest_that_beats(runs: Sequence[CheckedCandidate], metric: int) -> CheckedCandidate | None:
     """Return the run of the full equations whose spectrum is nearest to the target; None where none beats."""
+    return next(iter(beating_runs(runs, metric)), None)
+
+
+def beating_runs(runs: Sequence[CheckedCandidate], metric: int) -> list[CheckedCandidate]:
+    """Return the runs of the full equations that beat, those first whose spectra are nearest to the target."""
     beating = [c for c in runs if c.beats and np.isfinite(c.distances[metric])]
-    return min(beating, key=lambda c: float(c.distances[metric]), default=None)
+    return sorted(beating, key=lambda c: float(c.distances[metric]))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
-from wucht.dynamics.exciters.slow_beats import MOTIONS, Beat, Rig
+from wucht.dynamics.exciters.slow_beats import MOTIONS, Beat, beat_of
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.machine_signals import machine_signal
 from wucht.dynamics.run_ups.observed_loads import load_histories
@@ -45,16 +46,15 @@ class Candidates:
 
 @dataclass(frozen=True)
 class CheckedCandidate:
-    """Candidate that beats in the averaged equations. numbers: values of the variables (k,). slow: its beat. ranges, counts
-    (m,): rainflow cycles of the full equations over ``duration``. distances: of these from the target, by each of ``METRICS``
+    """Candidate that beats in the averaged equations. numbers: values of the variables (k,). slow: its beat. cycles:
+    those of the full equations over ``duration``, by rainflow. distances: of these from the target, by each of ``METRICS``
     (3,). outcome: of the run. beats: True if it is one of those that beat. reason: of an early end of the run. beat_time,
     beat_values (n,): turning points of the signal over one beat, with the largest amplitude at that time in it at which the
     averaged equations have theirs."""
 
     numbers: np.ndarray
     slow: Beat
-    ranges: np.ndarray
-    counts: np.ndarray
+    cycles: LoadCycles
     distances: np.ndarray
     duration: float
     outcome: str
@@ -63,19 +63,22 @@ class CheckedCandidate:
     beat_time: np.ndarray = field(default_factory=lambda: np.empty(0))
     beat_values: np.ndarray = field(default_factory=lambda: np.empty(0))
 
-    @property
-    def cycles(self) -> LoadCycles:
-        """Cycles of the full equations."""
-        return LoadCycles(self.ranges, np.zeros(len(self.ranges)), self.counts)
-
 
 @dataclass(frozen=True)
 class DesignTrials:
-    """Evaluation of the candidates of a machine. metric: the column of the minimised distance. slope: of the Woehler line."""
+    """Evaluation of the candidates of a machine, each from the same start.
+
+    signal, direction: whose beat counts. inertia: True if averaged equations keep that of the bodies. tolerance: of
+    integrations. metric: the column of the minimised distance. slope: of the Woehler line.
+    """
 
     machine: Machine
     variables: tuple[Variable, ...]
-    rig: Rig
+    signal: str
+    direction: str | None
+    start: Mapping[str, Any]
+    inertia: bool
+    tolerance: float
     metric: int
     slope: float
 
@@ -89,7 +92,7 @@ class DesignTrials:
             machine = self.candidate_machine(numbers)
         except InputError as error:
             return Beat("not-allowed", reason=error.explanation)
-        return self.rig.beat(machine)
+        return beat_of(machine, self.signal, self.direction, self.start, self.inertia, self.tolerance)
 
     def evaluate(self, numbers: np.ndarray, target: LoadCycles, report: Callable[[float], None]) -> Candidates:
         """Evaluate candidates (P, k)."""
@@ -149,19 +152,17 @@ def check_candidate(
 
     after: beats that are left out before, which have been counted already.
     """
-    slow, rig = trials.beat(numbers), trials.rig
+    slow = trials.beat(numbers)
     begin = slow.begin + after * slow.period
-    case = RunUpCase.of(
-        trials.candidate_machine(numbers), rig.start, RunSettings(until=begin + beats * slow.period, tolerance=rig.tolerance)
-    )
-    *_, last = load_histories(case, machine_signal(case.machine, rig.signal, rig.direction), work)
+    settings = RunSettings(until=begin + beats * slow.period, tolerance=trials.tolerance)
+    case = RunUpCase.of(trials.candidate_machine(numbers), trials.start, settings)
+    *_, last = load_histories(case, machine_signal(case.machine, trials.signal, trials.direction), work)
     is_counted = last.time >= begin
-    cycles = rainflow(last.values[is_counted])
-    rows, _ = cycles.group_by_range()
-    far = np.array(spectrum_distances(rows, target, trials.slope))
+    rows, _ = rainflow(last.values[is_counted]).group_by_range()
+    far, cycles = np.array(spectrum_distances(rows, target, trials.slope)), replace(rows, means=np.zeros(len(rows.ranges)))
     duration, outcome = last.end_time - begin, None if last.verdict is None else last.verdict.outcome
     return CheckedCandidate(
-        numbers, slow, rows.ranges, rows.counts, far, duration, str(outcome), outcome in BEATING, last.failure or "",
+        numbers, slow, cycles, far, duration, str(outcome), outcome in BEATING, last.failure or "",
         *_one_beat(slow, last.time[is_counted], last.values[is_counted]),
     )  # fmt: skip
 

@@ -225,20 +225,14 @@ class FailingMachine:
         return self.schedule(motion.time)
 
     def _assemble_run(self, courses: list[FailureCourse], state: RunState) -> FailingRun:
-        verdict = self._judge(state.last, self._now(state))
-        if (onset := state.onset) is None:
-            return FailingRun(FailureCourse.join(courses), state, verdict, None)
-        # The machine as it was then, without its later schedules.
-        then = self.machine.at(onset.trajectory.end_time).with_fields(schedules=())
-        return FailingRun(FailureCourse.join(courses), state, verdict, self._judge(onset, then))
-
-    def _now(self, state: RunState) -> Machine:
-        """Return the machine with its final stiffness."""
-        if self.falling is None:
-            return self.machine
-        return self.machine.with_unchecked_values(
-            {self.falling.parameter: float(state.last.trajectory.final_parameter_values[self._row])}
-        )
+        machine, last, onset, before = self.machine, state.last, state.onset, None
+        if self.falling is not None:  # the machine with its final stiffness
+            stiffness = float(last.trajectory.final_parameter_values[self._row])
+            machine = machine.with_unchecked_values({self.falling.parameter: stiffness})
+        verdict = self._judge(last, machine)
+        if onset is not None:  # the machine as it was then, without its later schedules
+            before = self._judge(onset, self.machine.at(onset.trajectory.end_time).with_fields(schedules=()))
+        return FailingRun(FailureCourse.join(courses), state, verdict, before)
 
     def _judge(self, leg: Leg[LoadObservation], machine: Machine) -> Verdict:
         return verdict_at_end(machine, self.integration.observation(leg).observation, leg.trajectory)

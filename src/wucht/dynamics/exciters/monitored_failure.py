@@ -40,15 +40,6 @@ def changes_of(pieces: Pieces) -> list[float]:
     return jumps
 
 
-@dataclass(frozen=True, eq=False)
-class MonitoredRun:
-    """Run with its windows and the readings of the sensor."""
-
-    run: FailingRun
-    windows: Windows
-    readings: Readings
-
-
 def measuring_windows(
     end: float,
     broken: float | None,
@@ -80,10 +71,10 @@ def measuring_windows(
 
 
 def averaged_speed_of(
-    failing: FailingMachine, monitored_run: MonitoredRun, is_after: bool, tolerance: float, engine: str | None
+    failing: FailingMachine, run: FailingRun, readings: Readings, is_after: bool, tolerance: float, engine: str | None
 ) -> AveragedSpeed:
     """Return the speed by the averaged equations, before the failure of a run or after it."""
-    run, windows, readings, machine = monitored_run.run, monitored_run.windows, monitored_run.readings, failing.machine
+    windows, machine = readings.windows, failing.machine
     if is_after:
         verdict, mean, window, used_readings = run.verdict, readings.after, windows.abnormal, readings.abnormal
     else:

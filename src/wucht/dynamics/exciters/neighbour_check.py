@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from wucht.dynamics.exciters.design_search import beating_runs
 from wucht.dynamics.exciters.design_trials import CheckedCandidate, DesignTrials, check_candidate
 from wucht.dynamics.exciters.slow_beats import MOTIONS
 from wucht.dynamics.sampling.choice import Cliff, Contest, Line, Scores, nearest_cliff
@@ -56,9 +57,7 @@ def compare_designs(
     def neighbours(design: Design, step: float) -> list[Design]:
         return [d for _, designs in _sides(trials, design, (step,)) for d in designs]
 
-    beating = [c for c in runs if c.beats and np.isfinite(c.distances[metric])]
-    best = sorted(beating, key=lambda c: float(c.distances[metric]))[:_RIVALS]
-    first = [_round_values(c.numbers) for c in best] + [tuple(nominal.tolist())]
+    first = [*(_round_values(c.numbers) for c in beating_runs(runs, metric)[:_RIVALS]), tuple(nominal.tolist())]
     comparison = Contest.of(first, evaluate).climb(neighbours, (step,), evaluate)
     work.report(1.0)
     return tuple(checks[d] for d in comparison.ranking if d in checks)

@@ -11,7 +11,7 @@ import numpy as np
 from wucht.analysis.averaged_equations import AveragedEquations, FullMotion, averaged_equations_of
 from wucht.dynamics.run_ups.hanging_start import with_default_start
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in
-from wucht.dynamics.run_ups.machine_signals import machine_signal
+from wucht.dynamics.run_ups.machine_signals import MachineSignal, machine_signal
 from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.machines.machine import Machine
 from wucht.machines.operation import natural_frequencies
@@ -74,94 +74,89 @@ class Beat:
         return (float(np.average(self.amplitude, weights=self.rate)) - low) / (high - low)
 
 
-@dataclass(frozen=True)
-class Rig:
-    """Settings of an exciter's evaluation: the start, the signal, and the averaged equations."""
+def beat_of(
+    machine: Machine, signal: str, direction: str | None, start: Mapping[str, Any], inertia: bool, tolerance: float
+) -> Beat:
+    """Return the beat of a signal of an exciter, from a start. Raises ``InputError`` without averaged equations, or the signal.
 
-    signal: str
-    direction: str | None
-    start: Mapping[str, Any]
-    inertia: bool
-    tolerance: float
+    inertia: True if averaged equations keep that of the bodies. tolerance: of their integration.
+    """
+    state = initial_state(machine, with_default_start(machine, start))
+    averaged_equations = averaged_equations_of(machine, inertia)
+    initial = averaged_equations.state(angles_in(machine, state), speeds_in(machine, state))
+    result = _find_repetition(averaged_equations, initial, tolerance)
+    if isinstance(result, Beat):
+        return result
+    return _harmonic_beat(averaged_equations, machine_signal(averaged_equations.machine, signal, direction), *result)
 
-    def beat(self, machine: Machine) -> Beat:
-        """Return the beat of an exciter. Raises ``InputError`` without averaged equations, or without the signal."""
-        state = initial_state(machine, with_default_start(machine, self.start))
-        averaged_equations = averaged_equations_of(machine, self.inertia)
-        result = self._find_repetition(
-            averaged_equations, averaged_equations.state(angles_in(machine, state), speeds_in(machine, state))
-        )
-        if isinstance(result, Beat):
-            return result
-        begin, period, trajectory = result
-        return self._harmonic_beat(averaged_equations, begin, period, trajectory)
 
-    def _find_repetition(
-        self, averaged_equations: AveragedEquations, state: np.ndarray
-    ) -> Beat | tuple[float, float, Trajectory]:
-        """Run until the motion repeats itself: time, period, and one period of it at the middles of equal parts."""
-        system, parameters = averaged_equations.system, averaged_equations.values()
-        compiled_system = compile_system(system, self.tolerance)
-        turning = np.array([s in system.angles for s in system.states])
-        slowest = min(f for f in natural_frequencies(averaged_equations.machine).values() if f > 0)
-        span, done = _FIRST_TURNS * 2 * np.pi / slowest, 0.0
-        for _ in range(_RUNS):
-            run = integrate(compiled_system, state, parameters, np.linspace(0.0, span, _SAMPLES)).reraise_interrupt()
-            if run.failure is not None:
-                return Beat("failed", done, reason=run.failure)
-            if is_at_rest(run.states[:, _SAMPLES // 2 :]):
-                return Beat("steady", done + span)
-            done, state = done + span, _unwound(run.states[:, -1], turning)
-            span *= 2
-            repetition = recurrence(run.time, run.states, turning)
-            if repetition is None or not (repetition.turns.any() or repetition.period < span / _REPEATS):
-                continue
-            last_period = self._settled_period(averaged_equations, state, repetition, turning)
-            if last_period is not None:
-                return done, *last_period
-        return Beat("unsettled", done, reason=f"after {done:.4g} the motion neither rests nor repeats itself")
+def _find_repetition(
+    averaged_equations: AveragedEquations, state: np.ndarray, tolerance: float
+) -> Beat | tuple[float, float, Trajectory]:
+    """Run until the motion repeats itself: time, period, and one period of it at the middles of equal parts."""
+    system, parameters = averaged_equations.system, averaged_equations.values()
+    compiled_system = compile_system(system, tolerance)
+    turning = np.array([s in system.angles for s in system.states])
+    slowest = min(f for f in natural_frequencies(averaged_equations.machine).values() if f > 0)
+    span, done = _FIRST_TURNS * 2 * np.pi / slowest, 0.0
+    for _ in range(_RUNS):
+        run = integrate(compiled_system, state, parameters, np.linspace(0.0, span, _SAMPLES)).reraise_interrupt()
+        if run.failure is not None:
+            return Beat("failed", done, reason=run.failure)
+        if is_at_rest(run.states[:, _SAMPLES // 2 :]):
+            return Beat("steady", done + span)
+        done, state = done + span, _unwound(run.states[:, -1], turning)
+        span *= 2
+        repetition = recurrence(run.time, run.states, turning)
+        if repetition is None or not (repetition.turns.any() or repetition.period < span / _REPEATS):
+            continue
+        last_period = _settled_period(averaged_equations, state, repetition, turning, tolerance)
+        if last_period is not None:
+            return done, *last_period
+    return Beat("unsettled", done, reason=f"after {done:.4g} the motion neither rests nor repeats itself")
 
-    def _settled_period(
-        self, averaged_equations: AveragedEquations, state: np.ndarray, repetition: Recurrence, turning: np.ndarray
-    ) -> tuple[float, Trajectory] | None:
-        """Return the period, and the motion over it, some beats later; None where it does not repeat itself then."""
-        compiled_system, parameters = compile_system(averaged_equations.system, self.tolerance), averaged_equations.values()
-        grid = np.linspace(0.0, _SETTLING * repetition.period, _SETTLING * _PER_BEAT + 1)
-        run = integrate(compiled_system, state, parameters, grid).reraise_interrupt()
-        again = None if run.failure is not None else recurrence(run.time, run.states, turning)
-        if again is None or (again.turns != repetition.turns).any():
-            return None
-        middles = np.concatenate([[0.0], again.period * (np.arange(_PLACES) + 0.5) / _PLACES])
-        last = integrate(compiled_system, _unwound(run.states[:, -1], turning), parameters, middles).reraise_interrupt()
-        return None if last.failure is not None else (again.period, last)
 
-    def _harmonic_beat(self, averaged_equations: AveragedEquations, begin: float, period: float, motion: Trajectory) -> Beat:
-        """Return the beat from the first harmonic of the signal over the main rotor's angle, at each place of the beat."""
-        machine, time, states = averaged_equations.machine, motion.time[1:], motion.states[:, 1:]
-        signal, full = machine_signal(machine, self.signal, self.direction), FullMotion(averaged_equations)
-        parameters = np.array(machine.system.values(machine.values))
-        angles = 2 * np.pi * np.arange(_TURN) / _TURN
-        harmonic = np.zeros(_PLACES, complex)
-        for angle in angles.tolist():
-            whole = full(time, states, np.full(_PLACES, angle))
-            there = replace(motion, time=time, states=whole, final_parameter_values=parameters)
-            harmonic += 2 / _TURN * signal(there) * np.exp(-1j * angle)
-        amplitude = np.abs(harmonic)
-        if not np.ptp(amplitude) > _BEATS * amplitude.max(initial=0.0):
-            return Beat("steady", begin, reason="the amplitude does not beat")
-        # The vibration turns with the rotor's angle plus its phase, which gains what the shaking force loses in a beat.
-        names = averaged_equations.system.output(f"speed[{averaged_equations.averaged_system.bodies.names[0]}]").expression
-        speed = Evaluator.of(averaged_equations.system, [names], ["speed"])(time, states, motion.final_parameter_values)[
-            "speed"
-        ]
-        step = period / _PLACES
-        phase = np.unwrap(np.angle(harmonic))
-        phase_gain = 2 * np.pi * np.round((phase[-1] - phase[0] + (phase[1] - phase[0])) / (2 * np.pi))
-        around = np.concatenate([[phase[-1] - phase_gain], phase, [phase[0] + phase_gain]])
-        rate = np.abs(speed + (around[2:] - around[:-2]) / (2 * step)) / (2 * np.pi)
-        middles = period * (np.arange(_FINE) + 0.5) / _FINE
-        amplitude, rate = (_interpolate(time, curve, middles, period) for curve in (amplitude, rate))
-        return Beat("modulated", begin, period, middles, amplitude, rate)
+def _settled_period(
+    averaged_equations: AveragedEquations, state: np.ndarray, repetition: Recurrence, turning: np.ndarray, tolerance: float
+) -> tuple[float, Trajectory] | None:
+    """Return the period, and the motion over it, some beats later; None where it does not repeat itself then."""
+    compiled_system, parameters = compile_system(averaged_equations.system, tolerance), averaged_equations.values()
+    grid = np.linspace(0.0, _SETTLING * repetition.period, _SETTLING * _PER_BEAT + 1)
+    run = integrate(compiled_system, state, parameters, grid).reraise_interrupt()
+    again = None if run.failure is not None else recurrence(run.time, run.states, turning)
+    if again is None or (again.turns != repetition.turns).any():
+        return None
+    middles = np.concatenate([[0.0], again.period * (np.arange(_PLACES) + 0.5) / _PLACES])
+    last = integrate(compiled_system, _unwound(run.states[:, -1], turning), parameters, middles).reraise_interrupt()
+    return None if last.failure is not None else (again.period, last)
+
+
+def _harmonic_beat(
+    averaged_equations: AveragedEquations, signal: MachineSignal, begin: float, period: float, motion: Trajectory
+) -> Beat:
+    """Return the beat from the first harmonic of the signal over the main rotor's angle, at each place of the beat."""
+    machine, time, states = averaged_equations.machine, motion.time[1:], motion.states[:, 1:]
+    full, parameters = FullMotion(averaged_equations), np.array(machine.system.values(machine.values))
+    angles = 2 * np.pi * np.arange(_TURN) / _TURN
+    harmonic = np.zeros(_PLACES, complex)
+    for angle in angles.tolist():
+        whole = full(time, states, np.full(_PLACES, angle))
+        there = replace(motion, time=time, states=whole, final_parameter_values=parameters)
+        harmonic += 2 / _TURN * signal(there) * np.exp(-1j * angle)
+    amplitude = np.abs(harmonic)
+    if not np.ptp(amplitude) > _BEATS * amplitude.max(initial=0.0):
+        return Beat("steady", begin, reason="the amplitude does not beat")
+    # The vibration turns with the rotor's angle plus its phase, which gains what the shaking force loses in a beat.
+    names = averaged_equations.system.output(f"speed[{averaged_equations.averaged_system.bodies.names[0]}]").expression
+    speed = Evaluator.of(averaged_equations.system, [names], ["speed"])(time, states, motion.final_parameter_values)["speed"]
+    step = period / _PLACES
+    phase = np.unwrap(np.angle(harmonic))
+    phase_gain = 2 * np.pi * np.round((phase[-1] - phase[0] + (phase[1] - phase[0])) / (2 * np.pi))
+    around = np.concatenate([[phase[-1] - phase_gain], phase, [phase[0] + phase_gain]])
+    rate = np.abs(speed + (around[2:] - around[:-2]) / (2 * step)) / (2 * np.pi)
+    middles = period * (np.arange(_FINE) + 0.5) / _FINE
+    amplitude, rate = (_interpolate(time, curve, middles, period) for curve in (amplitude, rate))
+    return Beat("modulated", begin, period, middles, amplitude, rate)
 
 
 def _interpolate(time: np.ndarray, values: np.ndarray, at: np.ndarray, period: float) -> np.ndarray:

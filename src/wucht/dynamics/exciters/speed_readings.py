@@ -101,11 +101,22 @@ _POINTS = 1000  # of the probability curve, beyond the readings that are followe
 
 
 @dataclass(frozen=True, eq=False)
+class Windows:
+    """Time windows. normal, abnormal: of the speed before and after the failure, None if there is none. monitoring_start: from
+    which alarms count as true. failure_time: None where the specimen did not fail."""
+
+    normal: tuple[float, float] | None
+    abnormal: tuple[float, float] | None
+    monitoring_start: float | None
+    failure_time: float | None
+
+
+@dataclass(frozen=True, eq=False)
 class Readings:
     """Mean speeds (n,) over the sensor's intervals, without noise. time (n,): at the end of each. normal, abnormal (n,): masks
     of those that are used for the speed before the failure, and for that after it. before, after: these speeds, means over
     beats; None where the readings are too few. beating: the standard deviation of the readings before the failure, wherever in
-    a beat they begin."""
+    a beat they begin. windows: of both speeds."""
 
     time: np.ndarray
     speed: np.ndarray
@@ -114,6 +125,7 @@ class Readings:
     before: float | None
     after: float | None
     beating: float
+    windows: Windows
 
     def deviation(self, noise: float) -> float:
         """Return the standard deviation of the readings before the failure: of the noise, and of the beating."""
@@ -126,17 +138,6 @@ class Readings:
         return abs(self.after - self.before) / self.deviation(noise)
 
 
-@dataclass(frozen=True, eq=False)
-class Windows:
-    """Time windows. normal, abnormal: of the speed before and after the failure, None if there is none. monitoring_start: from
-    which alarms count as true. failure_time: None where the specimen did not fail."""
-
-    normal: tuple[float, float] | None
-    abnormal: tuple[float, float] | None
-    monitoring_start: float | None
-    failure_time: float | None
-
-
 def readings_of(time: np.ndarray, angle: np.ndarray, interval: float, windows: Windows) -> Readings:
     """Return the readings from the angle (N,) of the rotor at samples whose spacing is a whole part of the interval."""
     every = round(interval / (time[1] - time[0])) if len(time) > 1 else 1
@@ -146,7 +147,7 @@ def readings_of(time: np.ndarray, angle: np.ndarray, interval: float, windows: W
     begin, end, speeds = time[:-every], time[every:], (angle[every:] - angle[:-every]) / interval
     before, beating = _mean_and_deviation(speeds[_inside(begin, end, windows.normal)], int(normal.sum()))
     after, _ = _mean_and_deviation(speeds[_inside(begin, end, windows.abnormal)], int(abnormal.sum()))
-    return Readings(at[1:], np.diff(angles) / np.diff(at), normal, abnormal, before, after, beating)
+    return Readings(at[1:], np.diff(angles) / np.diff(at), normal, abnormal, before, after, beating, windows)
 
 
 def _mean_and_deviation(values: np.ndarray, readings: int) -> tuple[float | None, float]:
@@ -197,19 +198,17 @@ class Detection:
         return self.begins + self.interval * count, probability
 
 
-def detection_of(
-    readings: Readings, windows: Windows, noise: float, every: float, change: float | None, steady: bool
-) -> Detection | None:
+def detection_of(readings: Readings, noise: float, every: float, change: float | None, steady: bool) -> Detection | None:
     """Compute how soon a change is detected; None where there is no speed before, or no reading is monitored after.
 
     noise: of a reading. every: mean number of readings between two false alarms. change: for which the chart is optimal.
     steady: the chart has been running for long when the change comes, and has not alarmed; else it begins then. Raises
     ``RunError`` where there is no chart.
     """
-    learnt = readings.speed[readings.normal][-_MOST_NORMAL:]
-    if readings.before is None or windows.monitoring_start is None:
+    learnt, start = readings.speed[readings.normal][-_MOST_NORMAL:], readings.windows.monitoring_start
+    if readings.before is None or start is None:
         return None
-    later = readings.time > windows.monitoring_start * (1 + 1e-12)
+    later = readings.time > start * (1 + 1e-12)
     if not later.any():
         return None
     # The mean of the readings themselves, which need not be that over whole beats: so the repeated deviations average zero.
@@ -219,8 +218,9 @@ def detection_of(
     cusum_chart = design_chart(reference, noise, every, normal)
     abnormal, again = (readings.speed[mask] - mean for mask in (later, readings.abnormal))
     alarms = cusum_chart.alarms(normal if steady else None, abnormal, again, _CERTAIN)
-    counted_from = windows.monitoring_start if windows.failure_time is None else windows.failure_time
-    begins, step = readings.time[later][0] - counted_from, readings.time[-1] - readings.time[-2]
+    failure_time = readings.windows.failure_time
+    begins = readings.time[later][0] - (start if failure_time is None else failure_time)
+    step = readings.time[-1] - readings.time[-2]
     return Detection(cusum_chart, mean, alarms, float(begins), float(step))
 
 

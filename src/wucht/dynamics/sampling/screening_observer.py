@@ -21,7 +21,7 @@ from wucht.dynamics.verdicts.outcomes import (
     Outcome,
     classify_each,
 )
-from wucht.dynamics.verdicts.screening import LastHalf, Screening, rises_of, screening_of
+from wucht.dynamics.verdicts.screening import Screening, rises_of, screening_of
 from wucht.machines.changes import last_change
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
@@ -132,15 +132,12 @@ class ScreeningObserver:
             f(samples) for f in (self.quantities.speed, self.quantities.phases, self.quantities.residual)
         )
         envelopes = _extend_envelopes(record.envelopes if index else None, speed, residual)
-        half = slice(-SAMPLES, None)
-        last_half, free = (
-            LastHalf(times[-1] / 2, speed[half], phases[:, half], residual[half]),
-            self._free_speeds[variants.machine_index],
-        )
-        screening = screening_of(last_half, free, self.noise)
+        half, free = slice(-SAMPLES, None), self._free_speeds[variants.machine_index]
+        late_speed, late_phases = speed[half], phases[:, half]
+        screening = screening_of(times[-1] / 2, late_speed, late_phases, residual[half], free, self.noise)
         last = index == self.pace.chunks - 1
-        is_final, is_changing = last and self.final, last_half.duration < self._last_changes[variants.machine_index]
-        outcome = self._outcome(screening, last_half, variants)
+        is_final, is_changing = last and self.final, times[-1] / 2 < self._last_changes[variants.machine_index]
+        outcome = self._outcome(screening, late_phases[:, -1], variants)
         is_decided = ~is_changing & (is_final | screening.still | (screening.width <= SETTLED_WIDTH))
         outcome = np.where(is_decided, outcome, UNDECIDED_OUTCOME)
         settling_time, endings = np.full(len(outcome), np.nan), np.flatnonzero(outcome != UNDECIDED_OUTCOME)
@@ -148,7 +145,8 @@ class ScreeningObserver:
         if index:
             self._assign_to_attractors((outcome, settling_time, peak_distance_squared), samples, envelopes, times[-1], free)
         if is_final:
-            hopeless = (outcome == UNDECIDED_OUTCOME) & self._is_hopeless(screening, last_half, envelopes, variants)
+            hopeless = self._is_hopeless(screening, late_speed, late_phases, envelopes, variants)
+            hopeless &= outcome == UNDECIDED_OUTCOME
             hopeless &= self._last_changes[variants.machine_index] == 0
             outcome = np.where(hopeless, _UNIDENTIFIED_INDEX, outcome)
         needs_classification = (outcome == UNDECIDED_OUTCOME) & (
@@ -233,11 +231,14 @@ class ScreeningObserver:
             )
         return self.resonances[key]
 
-    def _outcome(self, screening: Screening, last_half: LastHalf, variants: Variants) -> np.ndarray:
-        """The outcome (M,) of members that have settled with quiet or compensating bodies; else ``UNDECIDED_OUTCOME``."""
-        e, phases = screening.evidence, last_half.phases[:, -1]
+    def _outcome(self, screening: Screening, phases: np.ndarray, variants: Variants) -> np.ndarray:
+        """The outcome (M,) of members that have settled with quiet or compensating bodies; else ``UNDECIDED_OUTCOME``.
+
+        phases (b, M): of the bodies at the end.
+        """
+        e = screening.evidence
         needs_resonance = screening.has_settled & screening.quiet & (e.is_at_speed.no | e.is_balanced.no)
-        resonance, sense = np.full(len(needs_resonance), np.nan), last_half.sense
+        resonance, sense = np.full(len(needs_resonance), np.nan), screening.sense
         for i in np.flatnonzero(needs_resonance):
             speed = self._resonance(int(variants.machine_index[i]), int(sense[i]), sense[i] * phases[:, i])
             resonance[i] = np.nan if speed is None else speed
@@ -245,12 +246,15 @@ class ScreeningObserver:
         is_decided = (outcome == _COMPENSATED_INDEX) | (needs_resonance & (outcome != _UNIDENTIFIED_INDEX))
         return np.asarray(np.where(is_decided, outcome, UNDECIDED_OUTCOME), np.int8)
 
-    def _is_hopeless(self, screening: Screening, last_half: LastHalf, envelopes: np.ndarray, variants: Variants) -> np.ndarray:
+    def _is_hopeless(
+        self, screening: Screening, speed: np.ndarray, phases: np.ndarray, envelopes: np.ndarray, variants: Variants
+    ) -> np.ndarray:
         """Mask (M,) of the members that no full classification decides: they are far from their end, or their speed has risen
         and fallen too seldom and they are not running up either: they are below the resonance, or their bodies move without
-        lagging. Of a modulation that has risen twice, all in the last half, there are two cycles at most."""
-        sense = last_half.sense
-        window = sense * last_half.speed.reshape(WINDOWS, -1, last_half.speed.shape[1])[-1]
+        lagging. Of a modulation that has risen twice, all in the last half, there are two cycles at most. speed (K, M), phases
+        (b, K, M): in that half."""
+        sense = screening.sense
+        window = sense * speed.reshape(WINDOWS, -1, speed.shape[1])[-1]
         low, high = window.min(axis=0), window.max(axis=0)
         is_restless = (
             ~screening.has_settled
@@ -265,13 +269,13 @@ class ScreeningObserver:
             is_restless[rises_twice] = (
                 rises_of(sense[rises_twice] * np.take(envelopes[:2], rises_twice, axis=-1).mean(axis=0)) <= 2
             )
-        is_moving = ~screening.quiet & (np.ptp(last_half.phases, axis=1) < 2 * math.pi).all(axis=0)
+        is_moving = ~screening.quiet & (np.ptp(phases, axis=1) < 2 * math.pi).all(axis=0)
         is_moving |= screening.rises == 2  # and lag in between
-        hopeless, phases = screening.early | (is_restless & is_moving), np.zeros(len(last_half.phases))
+        hopeless, no_phases = screening.early | (is_restless & is_moving), np.zeros(len(phases))
         for i in np.flatnonzero(is_restless & ~is_moving):
             variant = int(variants.machine_index[i])
             if len(self._vibration(variant).excitation) == 1:  # of one shape
-                resonance = self._resonance(variant, int(sense[i]), phases)
+                resonance = self._resonance(variant, int(sense[i]), no_phases)
                 hopeless[i] = resonance is not None and low[i] < resonance
         return np.asarray(hopeless)
 

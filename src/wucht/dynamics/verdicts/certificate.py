@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -57,16 +57,14 @@ class LikePair:
 def like_pairs(machine: Machine, state_names: Sequence[str]) -> tuple[LikePair, ...]:
     """Return the pairs of like bodies that can move as one, with their places in a System with these states: of the machine,
     in the turning frame, or averaged."""
-    return tuple(_pairs(machine, state_names))
-
-
-def _pairs(machine: Machine, state_names: Sequence[str]) -> Iterator[LikePair]:
+    pairs = list[LikePair]()
     for pair in itertools.combinations(machine.bodies, 2):
         first, second = (_states_of(body, state_names) for body in pair)
         angle = next((i for i, quantity in enumerate(first) if quantity in ("angle", "phase")), None)
         if angle is not None and first.keys() == second.keys() and _are_alike(machine, *pair):
             places = np.array(list(first.values())), np.array([second[quantity] for quantity in first])
-            yield LikePair((pair[0].name, pair[1].name), places, angle)
+            pairs.append(LikePair((pair[0].name, pair[1].name), places, angle))
+    return tuple(pairs)
 
 
 def _states_of(body: RotatingBody, state_names: Sequence[str]) -> dict[str, int]:

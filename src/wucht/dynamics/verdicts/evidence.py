@@ -81,10 +81,18 @@ class RotorAssessment:
 
 @dataclass(frozen=True)
 class _Projections:
-    """Projections of the numbers that the criteria need. speed_range: of the speed, as a share of it. lags: of the bodies about
-    the rotor. residual: of the unbalance, None if nothing could compensate it. divergence: see ``windows_until_divergence``.
-    beats: cycles of a modulation are observed."""
+    """Projections of the numbers that the criteria need, from windows: tenths of the record, or groups of cycles.
 
+    reference: speed of which tolerances are shares. means (w,): mean speeds in the windows; last_range: of the speed in the
+    last one. ahead: number of windows to look ahead. speed_range: of the speed, as a share of it. lags: of the bodies about the
+    rotor. residual: of the unbalance, None if nothing could compensate it. divergence: see ``windows_until_divergence``. beats:
+    cycles of a modulation are observed.
+    """
+
+    reference: float
+    means: np.ndarray
+    last_range: float
+    ahead: float
     mean: Projection
     lowest: Projection
     speed_range: Projection
@@ -134,13 +142,10 @@ def assess_rotor(
     has_unbalance = any(bool(m[index].any()) for m in moments)
     target_speed = None if free is None else sense * free
     observed_modulation = modulation(record, MODULATION_THRESHOLD * float(record.last(SHARE).speed.mean()))
-    series = _series(whole, observed_modulation)
     longer = max(1.0, end / max(float(whole.time[-1] - whole.time[0]), 1e-300))  # the run, as a multiple of its turns
-    reference = abs(target_speed or float(series.means[-1]))
-    balancing = (
-        has_unbalance and bool(about) and len(vibration.mass) > 0
-    )  # else nothing moves the bodies to compensating phases
-    p = _projections(whole, series, longer, reference, observed_modulation, about, noise, balancing=balancing)
+    # Else nothing moves the bodies to compensating phases.
+    balancing = has_unbalance and bool(about) and len(vibration.mass) > 0
+    p = _projections(whole, longer, target_speed, observed_modulation, about, noise, balancing=balancing)
     last = record.final_turns()
     phases = {b.name: float(wrap_angle(np.angle(x))) for b, x in zip(bodies[1:], last.phases[about, -1], strict=True)}
     final = np.array([0.0, *(0.0 if p.asynchronous else sense * phase for phase in phases.values())])
@@ -150,10 +155,12 @@ def assess_rotor(
     resonance = excitation.last_maximum(target_speed, final[:1] if is_compensated else final)
     lasting = _lasting(p.speed_range, observed_modulation)
     lasts = lasting[0] > MODULATION_THRESHOLD or lasting[1] <= MODULATION_THRESHOLD
-    near = resonance is not None and p.lowest.low - resonance < 2 * float(series.highs[-1] - series.lows[-1])
-    resting = p.mean.course is Course.STATIONARY and trend(series.means) == 0
-    is_steady = resting or p.mean.width <= SPEED_TOLERANCE * reference
-    residual = None if not has_unbalance else _residual_bounds(last) if p.residual is None else p.residual.bounds
+    near = resonance is not None and p.lowest.low - resonance < 2 * p.last_range
+    resting = p.mean.course is Course.STATIONARY and trend(p.means) == 0
+    is_steady = resting or p.mean.width <= SPEED_TOLERANCE * p.reference
+    residual = (float(last.least_sum.min()), float(last.greatest_sum.max())) if has_unbalance else None
+    if residual is not None and p.residual is not None:
+        residual = p.residual.bounds
     evidence = Evidence(
         turning=True,
         mean_speed=p.mean.bounds,
@@ -165,7 +172,7 @@ def assess_rotor(
         lags=tuple(lag.bounds for lag in p.lags),
         modulation=lasting,
     )
-    waits = _waits(p, evidence, reference, whole, series)
+    waits = _waits(p, evidence, whole)
     window = observed_modulation.window if evidence.is_modulated and observed_modulation is not None else last
     return RotorAssessment(
         evidence,
@@ -182,41 +189,49 @@ def assess_rotor(
         p.growing,
         p.drifting,
         0.0 if p.residual is None else _unrest(whole.last(WINDOWS * SHARE)),
-        _extra_run_factor(waits, p.speed_range, None if evidence.is_modulated else observed_modulation, series.ahead, end),
-        _undecidable_reason(p, evidence, waits, noise, reference),
+        _extra_run_factor(waits, p.speed_range, None if evidence.is_modulated else observed_modulation, p.ahead, end),
+        _undecidable_reason(p, evidence, waits, noise),
     )
 
 
 def _projections(
     whole: Blocks,
-    series: _Series,
     longer: float,
-    reference: float,
+    target_speed: float | None,
     observed_modulation: Modulation | None,
     about: Sequence[int],
     noise: Noise,
     *,
     balancing: bool,
 ) -> _Projections:
-    """Project the numbers of a record. longer: times the record, the run. about: rows of the bodies about the rotor."""
-    ahead, rounding = series.ahead * longer, max(series.rounding, noise.speed * reference)
-    speeds = project_signals(np.column_stack([series.means, series.lows]), ahead, rounding)
-    mean, lowest = speeds.one(0), speeds.one(1)
-    last = float(series.means[-1])
-    speed_range = _without_negative(falling_projection((series.highs - series.lows) / series.means, ahead, rounding / last))
-    borders = (
-        observed_modulation.borders if observed_modulation is not None and _needs_cycles(whole, observed_modulation) else None
-    )
-    lags = tuple(lag_of(whole, i, last, ahead, borders, noise) for i in about)
-    divergence = _divergence(whole, about, observed_modulation, noise, longer) * ahead
+    """Project the numbers of a record over tenths of it; with a slower modulation, over groups of its cycles.
+
+    longer: times the record, the run. target_speed: of the drive without vibration. about: rows of the bodies about the rotor.
+    """
+    if observed_modulation is not None and _needs_cycles(whole, observed_modulation):
+        means, lows, highs = observed_modulation.groups
+        windows_ahead, borders = _groups_ahead(whole, observed_modulation), observed_modulation.borders
+        rounding = _CYCLES_ROUNDING * (observed_modulation.high - observed_modulation.low)
+    else:
+        means, windows_ahead, borders = 1 / windows_of(1 / whole.speed).mean(axis=1), AHEAD, None
+        lows, highs = windows_of(whole.lowest).min(axis=1), windows_of(whole.highest).max(axis=1)
+        rounding = _CYCLES_ROUNDING * float(highs[-1] - lows[-1])
+    last = float(means[-1])
+    reference, ahead = abs(target_speed or last), windows_ahead * longer
+    rounding = max(rounding, noise.speed * reference)
+    speeds = project_signals(np.column_stack([means, lows]), ahead, rounding)
     return _Projections(
-        mean,
-        lowest,
-        speed_range,
-        lags,
-        _residual_projection(whole, AHEAD * longer, noise) if balancing else None,
-        divergence,
-        observed_modulation is not None,
+        reference,
+        means,
+        float(highs[-1] - lows[-1]),
+        windows_ahead,
+        mean=speeds.one(0),
+        lowest=speeds.one(1),
+        speed_range=_without_negative(falling_projection((highs - lows) / means, ahead, rounding / last)),
+        lags=tuple(lag_of(whole, i, last, ahead, borders, noise) for i in about),
+        residual=_residual_projection(whole, AHEAD * longer, noise) if balancing else None,
+        divergence=_divergence(whole, about, observed_modulation, noise, longer) * ahead,
+        beats=observed_modulation is not None,
     )
 
 
@@ -232,22 +247,22 @@ def _divergence(
     return share if share < 1 and (share > 0 or _needs_cycles(whole, observed_modulation)) else math.inf
 
 
-def _undecidable_reason(p: _Projections, e: Evidence[float], waits: list[float], noise: Noise, reference: float) -> str:
+def _undecidable_reason(p: _Projections, e: Evidence[float], waits: list[float], noise: Noise) -> str:
     """Return the reason why no longer run would decide; empty if one may."""
     if e.free_speed == 0 and not e.has_settled and waits == [math.inf] and p.mean.low < p.mean.last:
         return REASON_COASTING
     if p.growing:
         return ""
-    open_ = _open_numbers(p, e, noise, reference)
+    open_ = _open_numbers(p, e, noise)
     if open_ and all(x.width <= _NOISE_RANGE * size for x, size in open_):
         return REASON_IN_NOISE
     is_decidable = math.inf not in waits or any(x.course is not Course.STATIONARY for x, _ in open_)
     return "" if is_decidable else REASON_WAVERING
 
 
-def _open_numbers(p: _Projections, e: Evidence[float], noise: Noise, reference: float) -> list[tuple[Projection, float]]:
-    """Return the numbers that leave the outcome of the rotor open, each with its noise. reference: a speed."""
-    of_speed = noise.speed * reference
+def _open_numbers(p: _Projections, e: Evidence[float], noise: Noise) -> list[tuple[Projection, float]]:
+    """Return the numbers that leave the outcome of the rotor open, each with its noise."""
+    of_speed = noise.speed * p.reference
     numbers = [] if e.has_settled and e.is_at_speed.is_known else [(p.mean, of_speed), (p.lowest, of_speed)]
     numbers += [] if p.residual is None or e.is_balanced.is_known else [(p.residual, noise.angle)]
     numbers += [] if e.is_beyond_resonance.is_known else [(p.lowest, of_speed)]
@@ -255,16 +270,16 @@ def _open_numbers(p: _Projections, e: Evidence[float], noise: Noise, reference: 
     return numbers + [(lag, noise.speed) for lag in p.lags if is_undecided(lag)]
 
 
-def _waits(p: _Projections, e: Evidence[float], reference: float, whole: Blocks, series: _Series) -> list[float]:
+def _waits(p: _Projections, e: Evidence[float], whole: Blocks) -> list[float]:
     """Return the windows until each open number will be known."""
     beats = p.beats and p.speed_range.last > MODULATION_THRESHOLD and p.mean.course is not Course.DRIFTING
     dies_out = beats and p.speed_range.course is Course.APPROACHING
     even = p.speed_range.windows_until(1e-3) if dies_out else math.inf  # mean and lowest speed settle with it
     if e.free_speed == 0 and not e.has_settled:  # it coasts: nothing else is open
-        return [windows_to_rest(whole, series.means)]
-    waits = [] if e.has_settled else [min(p.mean.windows_until(0.5 * SPEED_TOLERANCE * reference), even)]
+        return [windows_to_rest(whole, p.means)]
+    waits = [] if e.has_settled else [min(p.mean.windows_until(0.5 * SPEED_TOLERANCE * p.reference), even)]
     waits += [] if p.residual is None or e.is_balanced.is_known else [p.residual.windows_until(0.5 * UNBALANCE_TOLERANCE)]
-    waits += [] if e.is_beyond_resonance.is_known else [min(p.lowest.windows_until(1e-3 * reference), even)]
+    waits += [] if e.is_beyond_resonance.is_known else [min(p.lowest.windows_until(1e-3 * p.reference), even)]
     waits += [] if e.is_modulated.is_known else [p.speed_range.windows_until(0.5 * MODULATION_THRESHOLD)]
     if p.divergence < math.inf:
         return [p.divergence]
@@ -283,11 +298,6 @@ def unrest(least: Any, greatest: Any) -> np.ndarray:
 def _unrest(half: Blocks) -> float:
     """The unrest of a rotor in its last half."""
     return float(unrest(half.least_sum.min(), half.greatest_sum.max()))
-
-
-def _residual_bounds(last: Blocks) -> tuple[float, float]:
-    """The bounds of the residual unbalance in the last turns."""
-    return float(last.least_sum.min()), float(last.greatest_sum.max())
 
 
 def _lasting(speed_range: Projection, observed_modulation: Modulation | None) -> tuple[float, float]:
@@ -320,28 +330,6 @@ def _extra_run_factor(
     ):
         return max(0.0, 2 * _FEWEST_UNEVEN * observed_modulation.period / end - 1)
     return max(waits, default=0.0) * LOOKAHEAD / ahead
-
-
-@dataclass(frozen=True)
-class _Series:
-    """Mean, least and greatest speed (w,) in successive windows, the number of windows to look ahead, and their rounding."""
-
-    means: np.ndarray
-    lows: np.ndarray
-    highs: np.ndarray
-    ahead: float
-    rounding: float
-
-
-def _series(whole: Blocks, observed_modulation: Modulation | None) -> _Series:
-    """Return the series over tenths of the record; with a slower modulation, over groups of its cycles."""
-    if observed_modulation is not None and _needs_cycles(whole, observed_modulation):
-        rounding = _CYCLES_ROUNDING * (observed_modulation.high - observed_modulation.low)
-        means, lows, highs = observed_modulation.groups
-        return _Series(means, lows, highs, _groups_ahead(whole, observed_modulation), rounding)
-    means = 1 / windows_of(1 / whole.speed).mean(axis=1)
-    lows, highs = windows_of(whole.lowest).min(axis=1), windows_of(whole.highest).max(axis=1)
-    return _Series(means, lows, highs, AHEAD, _CYCLES_ROUNDING * float(highs[-1] - lows[-1]))
 
 
 def _groups_ahead(whole: Blocks, observed_modulation: Modulation) -> float:

@@ -28,34 +28,16 @@ _FEWEST_CYCLES = 3  # of a modulation, which are worth a full classification
 
 
 @dataclass(frozen=True)
-class LastHalf:
-    """The last half of the motion of M members at K even times, K a multiple of five.
-
-    duration: of it. speed: of the main rotor (K, M). phases: of the bodies about it, as they turn
-    (b, K, M). residual: the magnitude of the rotor's residual unbalance, as a share of its unbalance (K, M).
-    """
-
-    duration: float
-    speed: np.ndarray
-    phases: np.ndarray
-    residual: np.ndarray
-
-    @property
-    def sense(self) -> np.ndarray:
-        """The sense in which the rotor turns at the end, +1 or -1 (M,)."""
-        return np.where(self.speed[-1] < 0, -1, 1)
-
-
-@dataclass(frozen=True)
 class Screening:
     """The evidence of M motions, without their resonances; each array (M,).
 
-    evidence: ``has_settled`` where all of it is valid. quiet: the bodies hardly move. cycling: not settled, and the speed rises
-    and falls so often that a full classification may decide. nearing: they approach an end. rises: the number of times that the
-    speed rose through the middle of its range. early: they approach an end that is not known yet: their bodies still move, or
-    their speed changes. still: they hardly move.
+    sense: in which the rotor turns at the end, +1 or -1. evidence: ``has_settled`` where all of it is valid. quiet: the bodies
+    hardly move. cycling: not settled, and the speed rises and falls so often that a full classification may decide. nearing:
+    they approach an end. rises: the number of times that the speed rose through the middle of its range. early: they approach
+    an end that is not known yet: their bodies still move, or their speed changes. still: they hardly move.
     """
 
+    sense: np.ndarray
     evidence: Evidence[np.ndarray]
     quiet: np.ndarray
     cycling: np.ndarray
@@ -79,13 +61,20 @@ class Screening:
 
 
 @np.errstate(divide="ignore", invalid="ignore")
-def screening_of(half: LastHalf, free: np.ndarray, noise: Noise) -> Screening:
-    """Screen M members. free: the speeds of their drives without vibration (M,), signed, nan where not known.
-    noise: of their integration."""
-    speed, count = half.sense * half.speed, half.speed.shape[1]
+def screening_of(
+    duration: float, signed_speed: np.ndarray, phases: np.ndarray, residuals: np.ndarray, free: np.ndarray, noise: Noise
+) -> Screening:
+    """Screen M members by the last half of their motion, at K even times, K a multiple of five.
+
+    duration: of that half. signed_speed (K, M): of the main rotor. phases (b, K, M): of the bodies about it, as they turn.
+    residuals (K, M): magnitude of the rotor's residual unbalance, as a share of its unbalance. free (M,): signed speeds of
+    their drives without vibration, nan where not known. noise: of their integration.
+    """
+    sense, count = np.where(signed_speed[-1] < 0, -1, 1), signed_speed.shape[1]
+    speed = sense * signed_speed
     windows = speed.reshape(WINDOWS, -1, count)
     means, lows, highs = windows.mean(axis=1), windows.min(axis=1), windows.max(axis=1)
-    sizes = half.residual.reshape(WINDOWS, -1, count).max(axis=1)
+    sizes = residuals.reshape(WINDOWS, -1, count).max(axis=1)
     largest, tolerance = np.abs(means).max(axis=0), SPEED_TOLERANCE * np.abs(means).max(axis=0)
     rounding = np.maximum(_RIPPLE * (highs - lows)[-1], max(_ROUNDING, noise.speed) * largest)
     mean, lowest = project_signals(means, rounding=rounding), project_signals(lows, rounding=rounding)
@@ -98,10 +87,10 @@ def screening_of(half: LastHalf, free: np.ndarray, noise: Noise) -> Screening:
     narrow = (mean.width <= _NARROW * means[-1]) & (lowest.width <= _NARROW * means[-1]) & (speed_range.width <= _NARROW)
     still = calm & narrow & (bounds[1] - bounds[0] <= _NARROW)
     nearing = (mean.converging & residual.converging) | still
-    turning = (speed > 0).all(axis=0) & (means.mean(axis=0) * half.duration >= 2 * math.pi * FEWEST_TURNS)
+    turning = (speed > 0).all(axis=0) & (means.mean(axis=0) * duration >= 2 * math.pi * FEWEST_TURNS)
     is_steady = (lowest.converging | still) & nearing & (mean.width <= tolerance)
-    in_place = ((np.ptp(half.phases, axis=1) < LIBRATION) & ~grows(half.phases, axis=1)).all(axis=0)
-    quiet = unrest(half.residual.min(axis=0), half.residual.max(axis=0)) <= UNREST
+    in_place = ((np.ptp(phases, axis=1) < LIBRATION) & ~grows(phases, axis=1)).all(axis=0)
+    quiet = unrest(residuals.min(axis=0), residuals.max(axis=0)) <= UNREST
     has_settled = turning & (speed_range.converging | still) & is_steady & in_place
     rises = rises_of(speed)
     early = turning & nearing & (mean.width > _FAR * tolerance) & ~quiet
@@ -116,11 +105,11 @@ def screening_of(half: LastHalf, free: np.ndarray, noise: Noise) -> Screening:
         mean_speed=(mean.low, mean.high),
         lowest_speed=(lowest.low, lowest.high),
         has_settled=has_settled,
-        free_speed=half.sense * free,
+        free_speed=sense * free,
         residual=(np.maximum(bounds[0], 0.0), np.maximum(bounds[1], 0.0)),
         modulation=(np.zeros(count), even),
     )
-    return Screening(evidence, quiet, ~has_settled & (rises >= _FEWEST_CYCLES), nearing, rises, early, still)
+    return Screening(sense, evidence, quiet, ~has_settled & (rises >= _FEWEST_CYCLES), nearing, rises, early, still)
 
 
 def rises_of(speed: np.ndarray) -> np.ndarray:

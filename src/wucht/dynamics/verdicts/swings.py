@@ -80,8 +80,9 @@ def swing_of(machine: Machine, observation: Observation, is_held: bool = False) 
     place = project(windows_of(whole.angle).mean(axis=1), AHEAD, _IN_PLACE)
     in_place = place.width < _ELSEWHERE and not turning
     is_braked = to_and_fro and in_place and is_only_braked(machine, float(windows.max()))
+    standing = [record for name, record in observation.further_rotors.items() if observation.rotors[name].turns < 1]
     ends = (is_braked and _dies_out(sizes)) or (is_held and bool(sizes[-1] <= AT_REST))
-    if not is_only_braked(machine, float(windows.max())) and not all(map(_lasts, _standing(observation))):
+    if not is_only_braked(machine, float(windows.max())) and not all(map(_lasts, standing)):
         # A drive that feeds the swing of one rotor may turn it over, which changes that of the main one.
         return (0.0, 1.0), 0.0
     bounds = (0.0, 0.0) if ends else _bounds(sizes, to_and_fro)
@@ -96,11 +97,6 @@ def _largest_speeds(spans: Spans) -> np.ndarray:
 def _turns_back(spans: Spans) -> bool:
     """True if a rotor turned both ways."""
     return bool(spans.greatest_speed.max() > 0 > spans.least_speed.min())
-
-
-def _standing(observation: Observation) -> list[SpanRecord]:
-    """The records of the other rotors that never turned."""
-    return [record for name, record in observation.further_rotors.items() if observation.rotors[name].turns < 1]
 
 
 def _lasts(record: SpanRecord) -> bool:

@@ -11,12 +11,12 @@ import numpy as np
 from pydantic import Field
 
 from wucht.dynamics.entrainment.entrainment_case import AMPLITUDE, EntrainmentCase, check_entrainable, swept_parameter
-from wucht.dynamics.entrainment.existence import Existence, existence, range_around, threshold
+from wucht.dynamics.entrainment.existence import RANGE, Existence, existence, range_around, threshold
 from wucht.dynamics.entrainment.locked_motions import LockedMotion, LockedMotions, bodies_with_phase
 from wucht.dynamics.entrainment.runs_from_start import CaptureBand, RunFromStart, RunsFromStart, capture_band, senses_of
 from wucht.dynamics.parameters import range_of
 from wucht.dynamics.verdicts.outcomes import Outcome
-from wucht.dynamics.work import Work
+from wucht.dynamics.work import Work, result_or_reason
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.numerics.angles import wrap_angle
@@ -112,14 +112,15 @@ class Entrainment(Study):
         if entrained_runs:
             nearest = min(entrained_runs, key=lambda r: abs(r.value - nominal_value))
             motion_solver = LockedMotions(case, senses, nearest.end_time)
-            seed = work.unit("locked motion", partial(motion_solver.at_end_of, nearest))
+            at_end = partial(motion_solver.motion, nearest.value, nearest.end_state, abs(nearest.mean_speed))
+            seed = work.unit("locked motion", partial(result_or_reason, at_end))
             if isinstance(seed, str):
                 fill = partial(fill, no_motion=f"at {case.parameter.name} = {nearest.value:.6g}: {seed}")
             else:
                 fill = partial(fill, motions=(seed,))
                 yield Answer(units, fill)
                 band = existing.band
-                edges = limits if band is None else (max(low, band.low.value), min(high, band.high.value))
+                edges = limits if band is None else (max(low, band.ends[0]), min(high, band.ends[1]))
                 for motions, ends in motion_solver.follow_both_ways(seed, limits, edges, resolution, work):
                     fill = partial(fill, motions=motions, ends=ends)
                     yield Answer(units, fill)
@@ -202,13 +203,13 @@ def _state_existence(a: Answer, unit: str, existing: Existence, ends: tuple[floa
     """State the bands of the averaged equations and, by its ends, of the full ones. An end beyond the range is None."""
     band, edges = existing.band, None
     if band is not None:
-        edges = [None if e.kind == "range" else e.value for e in (band.low, band.high)]
-        kinds = dict.fromkeys(e.kind for e in (band.low, band.high) if e.kind != "range")
+        edges = [None if kind == RANGE else value for value, kind in zip(band.ends, band.kinds, strict=True)]
+        kinds = dict.fromkeys(kind for kind in band.kinds if kind != RANGE)
         end_kinds = f", ends: {', '.join(kinds)}" if kinds else ""
         a.line("existence", f"{band_in_words(edges, unit, digits=7)} (averaged equations{end_kinds})")
     a.number("existence_band", edges, "band in which the entrained motion exists and is stable", unit)
     a.number("existence_band_from", band and "averaged equations", "equations of that band")
-    a.number("existence_edges", band and [band.low.kind, band.high.kind], "kinds of the ends of that band")
+    a.number("existence_edges", band and list(band.kinds), "kinds of the ends of that band")
     a.number("branch", band and band.branch, "branch of that band")
     a.number("existence_band_full", ends and list(ends), "band by the full equations", unit)
     if ends is not None:
@@ -266,14 +267,15 @@ def _state_motions(a: Answer, case: EntrainmentCase, existing: Existence, motion
     """State the motions of the averaged equations (point), and the locked motions of the full ones (orbit)."""
     machine, what, unit, branches = case.machine, case.parameter.description, case.parameter.unit, existing.branches
     names, equations, angle = bodies_with_phase(machine), existing.equations, _angle(machine)
-    sizes = [len(b.values) for b in branches]
+    sizes = [len(b.kinds) for b in branches]
     phases, speeds = np.full((len(names), sum(sizes)), np.nan), np.empty(0)
     if equations is not None and branches:
-        states = np.concatenate([b.states for b in branches], axis=1)
+        states = np.concatenate([b.unknowns[:-1] for b in branches], axis=1)
         speeds = equations.speed(states)
         for name, row in equations.phase_rows.items():
             phases[names.index(name)] = _wrap_phases(machine, states[row])
-    values, stable = (np.concatenate([np.empty(0), *(getattr(b, n) for b in branches)]) for n in ("values", "stable"))
+    values = np.concatenate([np.empty(0), *(b.parameter_values for b in branches)])
+    stable = np.concatenate([np.empty(0), *(b.stable for b in branches)])
     orbit_phases = np.array([_wrap_phases(machine, m.phases) for m in motions]).reshape(len(motions), len(names)).T
     a.curve("body", names or np.empty(0, "U1"), "body")
     a.curve("value", values, what, unit, "point")

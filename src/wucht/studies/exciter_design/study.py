@@ -28,7 +28,6 @@ from wucht.dynamics.exciters.design_trials import (
     spectrum_distances,
 )
 from wucht.dynamics.exciters.neighbour_check import compare_designs, end_of_beating
-from wucht.dynamics.exciters.slow_beats import Rig
 from wucht.dynamics.exciters.target_spectrum import Target, read_target, target_spectrum
 from wucht.dynamics.run_ups.machine_signals import MachineSignal, machine_signal
 from wucht.dynamics.run_ups.run_up import prepare_start
@@ -147,9 +146,11 @@ class ExciterDesign(Study):
             raise InputError("machine.schedules", None, "allowed only for a machine without schedules: the beating must last")
         signal = machine_signal(machine, self.signal, self.direction)
         target = target_spectrum(self.target, signal.unit, folder)
-        rig = Rig(self.signal, self.direction, self.start, self.inertia, self.tolerance)
         variables = variables_of(machine, self.vary, False)
-        trials = DesignTrials(machine, variables, rig, METRICS.index(self.metric), self.slope)
+        trials = DesignTrials(
+            machine, variables, self.signal, self.direction, self.start, self.inertia, self.tolerance,
+            METRICS.index(self.metric), self.slope,
+        )  # fmt: skip
         nominal = np.array([machine.values[v.paths[0]] for v in variables])
         _check_ends(trials, nominal)
         placed_machine, start = prepare_start(machine, self.start, 0.0)

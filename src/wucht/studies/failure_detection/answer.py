@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from wucht.dynamics.exciters.failing_machine import FailureCourse
-from wucht.dynamics.exciters.monitored_failure import MonitoredRun
+from wucht.dynamics.exciters.failing_machine import FailingRun, FailureCourse
 from wucht.dynamics.exciters.signal_points import NEAR, SignalPoint, best_index, cliff_at, neighbours_of, safe_index
 from wucht.dynamics.exciters.speed_readings import UNSTABLE, AveragedSpeed, Detection, Readings
 from wucht.dynamics.run_ups.machine_signals import MachineSignal
@@ -32,7 +31,8 @@ def state_failure(
     signal: MachineSignal,
     axes: Axes,
     sensor: Sensor,
-    nominal_run: MonitoredRun,
+    run: FailingRun,
+    readings: Readings,
     detection: Detection | str | None = None,
     averaged_speeds: Mapping[str, AveragedSpeed] | None = None,
     points: Sequence[SignalPoint] = (),
@@ -41,7 +41,7 @@ def state_failure(
 
     detection: of its alarm, or the reason why there is none. averaged_speeds: before and after it. points: at other values.
     """
-    run, readings, failure_time = nominal_run.run, nominal_run.readings, nominal_run.windows.failure_time
+    failure_time = readings.windows.failure_time
     change, averaged_speeds = _change(readings.before, readings.after), averaged_speeds or {}
     a.failure = run.failure
     a.attribute(outcome=str(run.verdict.outcome), signal=signal.name)
@@ -54,11 +54,11 @@ def state_failure(
         a.warn("there are too few readings before or after the failure: run longer, or let the specimen fail later")
     _state_course(a, run.course, failure_time)
     _state_readings(a, run.course, readings, signal, sensor)
-    _state_speeds(a, nominal_run, change, sensor, averaged_speeds)
+    _state_speeds(a, run, readings, change, sensor, averaged_speeds)
     alarm_clause = _state_detection(a, detection, failure_time, change, sensor)
     if run.verdict.advice and change is not None:
         a.warn(f"after the failure {run.verdict.advice}")
-    damage_clause = _state_damage(a, nominal_run)
+    damage_clause = _state_damage(a, run)
     a.sentence = "the specimen does not fail" + damage_clause
     if failure_time is not None:
         a.sentence = f"the specimen fails at {failure_time:.6g} {a.unit('time')}".rstrip()
@@ -110,13 +110,13 @@ def _reading_extremes(extreme: np.ufunc, samples: np.ndarray, readings: Readings
 
 def _state_speeds(
     a: Answer,
-    nominal_run: MonitoredRun,
+    run: FailingRun,
+    readings: Readings,
     change: float | None,
     sensor: Sensor,
     averaged_speeds: Mapping[str, AveragedSpeed],
 ) -> None:
     """State the speeds before and after the failure, and those of the averaged equations."""
-    readings, run = nominal_run.readings, nominal_run.run
     averaged = {period: averaged_speed.speed for period, averaged_speed in averaged_speeds.items()}
     for period, speed, verdict in (("before", readings.before, run.verdict_before), ("after", readings.after, run.verdict)):
         with a.group(period, f"motion {period} the failure"):
@@ -206,9 +206,9 @@ def _span_in_words(readings: int, time: float, unit: str) -> str:
     return f"within {readings:,} readings, {_duration(time, unit)}"
 
 
-def _state_damage(a: Answer, nominal_run: MonitoredRun) -> str:
+def _state_damage(a: Answer, run: FailingRun) -> str:
     """State damage and stiffness at the end of the run. Return the clause on the damage."""
-    course, state = nominal_run.run.course, nominal_run.run.state
+    course, state = run.course, run.state
     damage = a.number("damage", None if state.damage is None else state.damage.total, "damage at the end")
     a.line("damage", "{damage:.5g} at the end")
     a.number("stiffness", float(course.stiffness[-1]), "remaining share of the stiffness at the end")

@@ -12,14 +12,13 @@ from pydantic import Field
 
 from wucht.dynamics.exciters.failing_machine import FailingMachine, FailingRun, FallingStiffness
 from wucht.dynamics.exciters.monitored_failure import (
-    MonitoredRun,
     ScheduledFall,
     averaged_speed_of,
     changes_of,
     measuring_windows,
 )
 from wucht.dynamics.exciters.signal_points import SignalPoint, values_beside_best
-from wucht.dynamics.exciters.speed_readings import FEWEST, detection_of, readings_of
+from wucht.dynamics.exciters.speed_readings import FEWEST, Readings, detection_of, readings_of
 from wucht.dynamics.parameters import checked_range, parameter_of, values_of
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.machine_signals import MachineSignal, machine_signal
@@ -223,10 +222,10 @@ class FailureDetection(Study):
             None if line is None else AccumulatedDamage(line), falling, None if fall is None else fall.share, begin,
         )  # fmt: skip
 
-    def _monitored_run(self, run: FailingRun, fall: ScheduledFall | None) -> MonitoredRun:
+    def _readings(self, run: FailingRun, fall: ScheduledFall | None) -> Readings:
         course, broken = run.course, run.state.broken
         windows = measuring_windows(float(course.time[-1]), broken, fall, self._is_gradual, self.after, self.learning)
-        return MonitoredRun(run, windows, readings_of(course.time, course.angle, self.sensor.interval, windows))
+        return readings_of(course.time, course.angle, self.sensor.interval, windows)
 
     def solve(self, machine: Machine, prepared: Prepared, work: Work) -> Iterator[Answer]:
         """Run the machine until after its failure, and at other values."""
@@ -235,18 +234,16 @@ class FailureDetection(Study):
         state = partial(state_failure, case=case, signal=signal, axes=axes, sensor=sensor)
         shares = (_RUN_SHARE, _AVERAGED_SHARE) if axes else (0.9, 1.0)
         for run in failing.run(work.part("own", 0.0, shares[0])):
-            nominal_run = self._monitored_run(run, fall)
-            yield Answer(machine.units, partial(state, nominal_run=nominal_run))
-        readings, every = nominal_run.readings, sensor.false_alarm_every / sensor.interval
-        detection = result_or_reason(
-            detection_of, readings, nominal_run.windows, sensor.noise, every, sensor.change, not self._is_gradual
-        )
+            readings = self._readings(run, fall)
+            yield Answer(machine.units, partial(state, run=run, readings=readings))
+        every = sensor.false_alarm_every / sensor.interval
+        detection = result_or_reason(detection_of, readings, sensor.noise, every, sensor.change, not self._is_gradual)
         averaging, averaged_speeds = work.part("averaged", *shares), {}
         for name in ("before", "after") if readings.before is not None and readings.after is not None else ():
-            speed_then = partial(averaged_speed_of, failing, nominal_run, name == "after", self.tolerance, self.engine)
+            speed_then = partial(averaged_speed_of, failing, run, readings, name == "after", self.tolerance, self.engine)
             averaged_speeds[name] = averaging.unit(name, speed_then)
         averaging.report(1.0, "averaged equations")
-        state = partial(state, nominal_run=nominal_run, detection=detection, averaged_speeds=averaged_speeds)
+        state = partial(state, run=run, readings=readings, detection=detection, averaged_speeds=averaged_speeds)
         yield Answer(machine.units, state)
         for points in self._points(machine, prepared, work.part("variant", shares[1], 1.0)):
             yield Answer(machine.units, partial(state, points=points))
@@ -272,7 +269,7 @@ class FailureDetection(Study):
         paths = [parameter.path for parameter, _ in axes]
         case = self._case(machine.with_values(dict(zip(paths, values, strict=True))))
         *_, run = self._failing_machine(case, prepared).run(work)
-        readings = self._monitored_run(run, fall).readings
+        readings = self._readings(run, fall)
         signal = None if run.failure else readings.signal(self.sensor.noise)
         return SignalPoint(values, readings.before, readings.after, signal, str(run.verdict.outcome))
 

@@ -11,7 +11,7 @@ from wucht.dynamics.balancers.balancer_candidate import BalancerCandidate
 from wucht.dynamics.balancers.balancer_search import BalancerSearch, Evaluations
 from wucht.dynamics.balancers.candidates import CAPTURE, PEAK, RESIDUAL, SETTLING, CandidateResults
 from wucht.dynamics.balancers.damping_optimum import DampingCurve
-from wucht.dynamics.balancers.recommendation import Recommendation
+from wucht.dynamics.balancers.recommendation import CHECK_SAMPLES, Recommendation
 from wucht.dynamics.sampling.ensemble_run import integration_note
 from wucht.dynamics.verdicts.outcomes import OUTCOMES
 from wucht.results.formatting import number_text, percent
@@ -48,7 +48,9 @@ def state_search(
     finished; front_size: its points, of which some are checked. recommendation: None until it is complete.
     """
     a.warn(*doubts)
-    results = CandidateResults.join([CandidateResults.unknown(0, len(search.variables)), *(one for _, one in evaluations)])
+    results = CandidateResults.join(
+        [CandidateResults.unknown(0, len(search.variables), search.as_it_is.samples), *(one for _, one in evaluations)]
+    )
     count = len(results.numbers)
     _state_question(a, search, unbalance, count)
     with a.group("as_it_is", "machine as it is"):
@@ -126,13 +128,13 @@ def _columns(search: BalancerSearch, candidates: Sequence[BalancerCandidate]) ->
         "parameters": ([parameters_by_name(search, c.numbers) for c in candidates], "parameters"),
         "objectives": ([_objectives_by_name(c.evaluation.objectives[0]) for c in candidates], "objectives by the search"),
         "undecided": ([float(c.evaluation.undecided_share[0]) for c in candidates], _UNDECIDED_SHARE),
-        "checked": ([None if c is None else _objectives_by_name(c.objectives) for c in checks], "objectives by the check"),
+        "checked": ([None if c is None else _objectives_by_name(c.objectives[0]) for c in checks], "objectives by the check"),
         "checked_undecided": (
-            [None if c is None else float(c.evaluation.undecided_share[0]) for c in checks],
+            [None if c is None else float(c.undecided_share[0]) for c in checks],
             f"{_UNDECIDED_SHARE}, by the check",
         ),
-        "fails": ([c.merit.most_failing for c in candidates], "share of runs that do not end compensated"),
-        "balances": ([c.merit.balances for c in candidates], "whether more than half of the runs end compensated"),
+        "fails": ([c.most_failing for c in candidates], "share of runs that do not end compensated"),
+        "balances": ([c.balances for c in candidates], "whether more than half of the runs end compensated"),
     }  # fmt: skip
 
 
@@ -146,14 +148,14 @@ def _state_front(a: Answer, search: BalancerSearch, front: Sequence[BalancerCand
     verdicts = [None if p.check is None else bool(h) for p, h in zip(front, holds, strict=True)]
     columns = _columns(search, front) | {"holds": (verdicts, "whether no other checked point dominates it")}
     a.table_of("front", "points of the front", columns)
-    no_rows, unknown_row = (CandidateResults.unknown(count, len(search.variables)) for count in (0, 1))
-    results = CandidateResults.join([no_rows, *(p.evaluation for p in front)])
-    check = CandidateResults.join([no_rows, *(unknown_row if p.check is None else p.check.evaluation for p in front)])
-    checked_objectives = np.array([p.checked_objectives for p in front]).reshape(results.objectives.shape)
+    samples, k = search.as_it_is.samples, len(search.variables)
+    results = CandidateResults.join([CandidateResults.unknown(0, k, samples), *(p.evaluation for p in front)])
+    no_rows, unknown_row = (CandidateResults.unknown(count, k, CHECK_SAMPLES * samples) for count in (0, 1))
+    check = CandidateResults.join([no_rows, *(unknown_row if p.check is None else p.check for p in front)])
     a.curve("front_value", results.numbers, "values, in SI", "", "point variable")
     a.curve("front_bodies", np.array([p.bodies for p in front], int), "number of bodies", "", "point")
     a.curve("front_objective", results.objectives, f"by the search: {words}", "", dimensions)
-    a.curve("front_checked", checked_objectives, f"by the check: {words}", "", dimensions)
+    a.curve("front_checked", check.objectives, f"by the check: {words}", "", dimensions)
     a.curve("front_outcome", results.outcomes, "share of the runs", "", "point outcome")
     a.curve("front_checked_outcome", check.outcomes, "share, by the check", "", "point outcome")
     a.curve("front_undecided", results.undecided_share, _UNDECIDED_SHARE, "", "point")
@@ -183,7 +185,7 @@ def _candidate_in_words(search: BalancerSearch, candidate: BalancerCandidate) ->
         CAPTURE: f"{_capture_in_words(capture, undecided_share)} captured",
     }
     clauses = [words[k] for k in search.objectives if np.isfinite(candidate.objectives[k])] or ["no objective is known"]
-    clauses += [] if candidate.merit.balances else ["does not balance"]
+    clauses += [] if candidate.balances else ["does not balance"]
     design = design_in_words(search, candidate.bodies, parameters_by_name(search, candidate.numbers))
     return f"{design}: {', '.join(clauses)}"
 
@@ -210,7 +212,7 @@ def _gain(search: BalancerSearch, candidate: BalancerCandidate, as_it_is: Balanc
 def _warn_of_deviations(a: Answer, search: BalancerSearch, front: Sequence[BalancerCandidate], unbalance: float) -> None:
     """Warn of objectives in which the check differs from the search by more than chance. unbalance: the greatest, in kg m."""
     samples = search.as_it_is.samples
-    off = {k: p.deviations(unbalance, samples) for k, p in enumerate(front) if p.check is not None and not p.check.reason}
+    off = {k: p.deviations(unbalance, samples) for k, p in enumerate(front) if p.check is not None and not p.doubt}
     for column in search.objectives:
         if not (deviating := [k for k, deviations in off.items() if deviations[column] > 1]):
             continue
@@ -221,7 +223,7 @@ def _warn_of_deviations(a: Answer, search: BalancerSearch, front: Sequence[Balan
         numbers = f"at point {worst + 1} {by_search:.4g} {unit}".rstrip() + f" by the search, {check_text} by the check"
         places = f"at {len(deviating)} of {len(off)} points"
         a.warn(f"the full equations, from other phases, give another {name} {places}: {numbers}")
-    if reason := next((p.check.reason for p in front if p.check is not None and p.check.reason), ""):
+    if reason := next((p.doubt for p in front if p.doubt), ""):
         a.warn(f"the residual unbalance is not checked with the full equations: {reason}")
 
 

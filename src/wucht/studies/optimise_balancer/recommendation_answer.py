@@ -9,7 +9,7 @@ import numpy as np
 from wucht.dynamics.balancers.balancer_candidate import BalancerCandidate
 from wucht.dynamics.balancers.balancer_search import AS_IT_IS, CURVE, BalancerSearch
 from wucht.dynamics.balancers.damping_optimum import DampingCurve
-from wucht.dynamics.balancers.recommendation import BalancerMerit, Design, Recommendation, motor_sets, motor_time
+from wucht.dynamics.balancers.recommendation import Design, Recommendation, motor_sets, motor_time
 from wucht.dynamics.sampling.choice import Cliff
 from wucht.dynamics.sampling.searches import balancer_names, values_at
 from wucht.results.formatting import bodies_in_words, percent
@@ -42,14 +42,13 @@ def state_recommendation(
         a.number("duel", None, _DUEL_NAME)
         a.number("compared", [], _COMPARED_NAME)
         return ""
-    settling_time = float(recommendation.final.scores.medians[recommendation.score])
-    merit = BalancerMerit.of(_bodies(search, recommendation.chosen), settling_time, recommendation.outcomes)
-    is_balancing = merit.balances and bool(np.isfinite(settling_time))
+    settling_time, bodies = recommendation.settling_time, _bodies(search, recommendation.chosen)
+    is_balancing = recommendation.balances and bool(np.isfinite(settling_time))
     if is_balancing:
-        changes, motor_sets_time = _state_recommended(a, search, front, recommendation, merit)
+        changes, motor_sets_time = _state_recommended(a, search, front, recommendation)
     else:
         a.number("recommended", None, _RECOMMENDED_NAME)
-    comparison = _state_compared(a, search, curve, recommendation, merit)
+    comparison = _state_compared(a, search, curve, recommendation)
     _state_duel(a, search, recommendation)
     _warn_of_damping(a, search, recommendation)
     if not is_balancing:
@@ -57,17 +56,17 @@ def state_recommendation(
     a.line("compared", comparison)
     duel = "in {runs:.0f} further runs the best one {settling_time:.3g}, the machine as it is {as_it_is:.3g}, "
     a.line("", duel + "the difference to {difference_error:.2g}", at="duel")
-    _state_changes(a, changes, merit.bodies, len(balancer_names(search.machine)))
+    _state_changes(a, changes, bodies, len(balancer_names(search.machine)))
     if motor_sets_time:
         times = "sets the settling time of {settling_time:.3g}, not the balancer: without vibration it needs {motor_time:.3g}"
         a.line("motor", times, at="recommended")
     keep = "nothing is better beyond chance than the machine as it is, keep it: " if recommendation.is_kept else ""
     unit = search.machine.units.time
-    share, time = _failing_share(merit), f"{settling_time:.3g} {unit}".rstrip()
+    share, time = _failing_share(recommendation), f"{settling_time:.3g} {unit}".rstrip()
     at_least = "at least " if " to " in share else ""
-    clause = f"{keep}{bodies_in_words(merit.bodies)}: median settling time {at_least}{time}, {share} fail"
+    clause = f"{keep}{bodies_in_words(bodies)}: median settling time {at_least}{time}, {share} fail"
     cliff = recommendation.cliff
-    return clause if cliff is None else f"{clause}; {_cliff_in_words(cliff, merit, unit)}"
+    return clause if cliff is None else f"{clause}; {_cliff_in_words(cliff, recommendation.failing_shares[1], unit)}"
 
 
 def _state_recommended(
@@ -75,13 +74,13 @@ def _state_recommended(
     search: BalancerSearch,
     front: Sequence[BalancerCandidate],
     recommendation: Recommendation,
-    merit: BalancerMerit,
 ) -> tuple[dict[str, str], bool]:
     """State the recommended balancer. Return what it changes in the machine, and whether the motor sets the settling time."""
     chosen, cliff, scores = recommendation.chosen, recommendation.cliff, recommendation.final.scores
+    bodies, settling_time, (least, most) = _bodies(search, chosen), recommendation.settling_time, recommendation.failing_shares
     numbers, machine, changes, point = _numbers(search, chosen), search.machine, dict[str, str](), None
     if not recommendation.is_kept:
-        trials = search.trials[merit.bodies]
+        trials = search.trials[bodies]
         values = values_at(trials.machine, trials.variables, numbers.tolist())
         changes = {path: f"{x:.4g} {trials.machine.parameters[path].unit}".rstrip() for path, x in values.items()}
         machine = trials.candidate_machine(numbers.tolist())
@@ -95,28 +94,26 @@ def _state_recommended(
     at_cliff = "nearest value at which a tenth more of the runs fail, or the settling time is twice as long"
     with a.group("recommended", _RECOMMENDED_NAME):
         a.number("point", point, "its index in the front, none for the machine as it is")
-        a.number("bodies", merit.bodies, "number of bodies")
+        a.number("bodies", bodies, "number of bodies")
         parameters = a.number("parameters", parameters_by_name(search, numbers), "parameters")
         a.number("changes", changes, "values to be set in the machine, by path")
-        a.number("settling_time", merit.settling_time, "median settling time", "time")
+        a.number("settling_time", settling_time, "median settling time", "time")
         a.number("error", error, "standard error of the settling time", "time")
         a.number("runs", scores.costs.shape[1], "number of runs from which it follows, of its own")
-        a.number("fails", merit.most_failing, at_most)
-        a.number("fails_for_certain", merit.failing_share, "the same without them")
+        a.number("fails", most, at_most)
+        a.number("fails_for_certain", least, "the same without them")
         a.number("cliff", of_cliff, at_cliff)
         time = motor_time(machine, search.as_it_is.start)
         a.number("motor_time", time, "time in which the motor reaches its speed without vibration", "time")
-        is_set_by_motor = motor_sets(time, merit.settling_time)
+        is_set_by_motor = motor_sets(time, settling_time)
         a.number("motor_sets_time", is_set_by_motor, "whether the motor, not the balancer, sets the settling time")
     keep = "to keep the machine as it is, " if recommendation.is_kept else ""
-    share = f"{_failing_share(merit)} do not end compensated" if merit.most_failing else "all end compensated"
-    a.line("recommended", f"{keep}{design_in_words(search, merit.bodies, parameters)}: of its runs {share}")
+    share = f"{_failing_share(recommendation)} do not end compensated" if most else "all end compensated"
+    a.line("recommended", f"{keep}{design_in_words(search, bodies, parameters)}: of its runs {share}")
     return changes, is_set_by_motor
 
 
-def _state_compared(
-    a: Answer, search: BalancerSearch, curve: DampingCurve | None, recommendation: Recommendation, merit: BalancerMerit
-) -> str:
+def _state_compared(a: Answer, search: BalancerSearch, curve: DampingCurve | None, recommendation: Recommendation) -> str:
     """State all that was compared in the end, the best first. Return it in words."""
     contest = recommendation.beside or recommendation.final
     scores, order = contest.scores, contest.scores.order.tolist()
@@ -143,8 +140,8 @@ def _state_compared(
     )  # fmt: skip
     unit, final_scores = search.machine.units.time, recommendation.final.scores
     error = final_scores.standard_error(recommendation.score)
-    spread = f"{merit.settling_time:.3g}{f' ± {error:.2g}' if np.isfinite(error) else ''} {unit}".rstrip()
-    clauses, as_reliable = list[str](), [share <= merit.most_failing for share in fails]
+    spread = f"{recommendation.settling_time:.3g}{f' ± {error:.2g}' if np.isfinite(error) else ''} {unit}".rstrip()
+    clauses, as_reliable = list[str](), [share <= recommendation.failing_shares[1] for share in fails]
     for relation, words in _RELATIONS.items():
         mine = [t for t, r, is_reliable in zip(times, relations, as_reliable, strict=True) if r == relation and is_reliable]
         clauses += [f"{words} {_ends_in_words(mine, unit)}"] if mine else []
@@ -198,15 +195,15 @@ def _warn_of_damping(a: Answer, search: BalancerSearch, recommendation: Recommen
         a.warn(f"a damping of {damping} alone, which is not varied, settles sooner: {times}; vary it in study.vary")
 
 
-def _failing_share(merit: BalancerMerit) -> str:
-    least, most = percent(merit.failing_share), percent(merit.most_failing)
+def _failing_share(recommendation: Recommendation) -> str:
+    least, most = map(percent, recommendation.failing_shares)
     return most if least == most else f"{least} to {most}"
 
 
-def _cliff_in_words(cliff: Cliff, merit: BalancerMerit, unit: str) -> str:
-    """Return the nearest cliff: ``with 40 % less mass 50 % fail``."""
+def _cliff_in_words(cliff: Cliff, most_failing: float, unit: str) -> str:
+    """Return the nearest cliff of a balancer, of whose runs such a share fails: ``with 40 % less mass 50 % fail``."""
     change = f"{100 * abs(cliff.distance):.2g} % {'less' if cliff.distance < 0 else 'more'} {cliff.parameter}"
-    if cliff.failing_share > merit.most_failing or not np.isfinite(cliff.cost):
+    if cliff.failing_share > most_failing or not np.isfinite(cliff.cost):
         return f"with {change} {percent(cliff.failing_share)} fail"
     return f"with {change} the settling time is {cliff.cost:.3g} {unit}".rstrip()
 

@@ -231,8 +231,7 @@ class OptimiseBalancer(EnsembleStudy):
         front, front_size = search.front(evaluations, as_it_is)
         state = partial(state, evaluations=tuple(evaluations), front_size=front_size)
         yield Answer(units, partial(state, front=tuple(front)))
-        for k, check in search.check_front(front, work.part("front", search_share, front_share)):
-            front[k] = replace(front[k], check=check)
+        for _ in search.check_front(front, work.part("front", search_share, front_share)):
             yield Answer(units, partial(state, front=tuple(front)))
         if front:
             part = work.part("recommendation ", front_share, 1.0)

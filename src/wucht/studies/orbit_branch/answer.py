@@ -32,7 +32,7 @@ _Ends = Sequence[tuple[int, BranchEnd]]  # with the numbers of their branches
 def state_orbit_branches(a: Answer, along: Parameter, case: OrbitCase, findings: OrbitFindings) -> None:
     """State the answer, as far as orbits are found."""
     problem, labels, branches = case.problem, case.problem.labels, findings.branches
-    ends = [(k, part.end) for k, branch in enumerate(branches) for part in branch.parts]
+    ends = [(k, end) for k, branch in enumerate(branches) for end in branch.ends]
     a.sentence = _sentence(along, case, findings, ends)
     a.attribute(
         along=along.path, along_unit=along.unit, along_what=along.full_name, low=problem.bounds[0], high=problem.bounds[1],
@@ -65,12 +65,12 @@ def _state_points(a: Answer, along: Parameter, problem: OrbitProblem, branches: 
     """State all orbits of all branches."""
     s, n, ordinate = problem.labels, len(problem.system.states), problem.ordinate_name
     values, periods, mean, low, high, least, largest = (
-        join_arrays([b.whole_array(name) for b in branches])
+        join_arrays([getattr(b, name) for b in branches])
         for name in ("values", "periods", "mean", "low", "high", "least", "largest")
     )
-    logarithms = join_arrays([b.whole_array("logarithms") for b in branches], n - 1)
-    is_trusted = join_arrays([b.whole_array("is_trusted") for b in branches]) > 0
-    unstable, stable = (join_arrays([b.whole_array(name) for b in branches]) for name in ("unstable", "stable"))
+    logarithms = join_arrays([b.logarithms for b in branches], n - 1)
+    is_trusted = join_arrays([b.is_trusted for b in branches]) > 0
+    unstable, stable = (join_arrays([getattr(b, name) for b in branches]) for name in ("unstable", "stable"))
     special = join_arrays([np.array([bool(kind) for kind in b.kinds]) for b in branches])
     numbers = np.repeat(np.arange(len(branches)), [len(b.kinds) for b in branches])
     rates = np.where(is_trusted, logarithms, complex(math.nan, math.nan)) / periods
@@ -95,7 +95,7 @@ def _state_branches(
     a: Answer, along: Parameter, problem: OrbitProblem, branches: Sequence[PeriodicBranch], ends: _Ends
 ) -> None:
     """State the extent of each branch, where it is stable, and how it ends."""
-    extents = [problem.significant_range(v.min(), v.max()) for v in (b.whole_array("values") for b in branches)]
+    extents = [problem.significant_range(v.min(), v.max()) for v in (b.values for b in branches)]
     stable = [[problem.significant_range(*stretch) for stretch in b.stable_ranges] for b in branches]
     turns = [problem.turns(b.seed.winding) for b in branches]
     a.table(
@@ -121,7 +121,7 @@ def _state_special_points(a: Answer, along: Parameter, problem: OrbitProblem, br
     points = [(k, i) for k, branch in enumerate(branches) for i in np.flatnonzero([bool(x) for x in branch.kinds]).tolist()]
 
     def column(name: str) -> list[float]:
-        return [float(branches[k].whole_array(name)[i]) for k, i in points]
+        return [float(getattr(branches[k], name)[i]) for k, i in points]
 
     values = [significant_value(value, problem.bounds) for value in column("values")]
     periods, kinds, s = column("periods"), [branches[k].kinds[i] for k, i in points], problem.labels
@@ -255,7 +255,7 @@ def _advice(case: OrbitCase, longest: float, end: BranchEnd) -> str:
     """Return how to follow a branch farther that was left at the longest period; else nothing."""
     if end.kind not in (PERIOD_LIMIT, NOT_IDENTIFIED) or end.period < (1 - _AT_A_LIMIT) * longest:
         return ""
-    default = "" if case.settings.longest is not None else f" (by default it is {LONGEST:.0f} times the first period)"
+    default = "" if case.longest is not None else f" (by default it is {LONGEST:.0f} times the first period)"
     farther = float(f"{_FARTHER * longest:.1g}")
     return f"; study.longest = {farther:g} follows the branch farther{default}"
 
@@ -263,10 +263,11 @@ def _advice(case: OrbitCase, longest: float, end: BranchEnd) -> str:
 def _state_steady(a: Answer, along: Parameter, case: OrbitCase, findings: OrbitFindings) -> None:
     """State the branches of steady states beside those of orbits."""
     s, steady = case.problem.labels, findings.steady
-    ordinates = [] if case.steady is None else [case.steady.steady_states.ordinates(b.unknowns) for b in steady]
-    state_steady_points(a, "steady", "steady_", steady, ordinates, along, s)
+    of_branches = [] if case.steady is None else [case.steady.steady_states] * len(steady)
+    state_steady_points(a, "steady", "steady_", steady, of_branches, along, s)
     if s.of_equations:
-        a.curve("steady_state", join_arrays([o.speed for o in ordinates]), s.ordinate, s.unit, "steady")
+        ordinates = [states.ordinate(b.unknowns) for states, b in zip(of_branches, steady, strict=True)]
+        a.curve("steady_state", join_arrays(ordinates), s.ordinate, s.unit, "steady")
 
 
 def _pairs(values: np.ndarray) -> list[list[float]]:
@@ -292,7 +293,7 @@ def _sentence(along: Parameter, case: OrbitCase, findings: OrbitFindings, ends: 
             return f"the motions are families, of which none attracts: there is no single orbit to follow: {results}"
         return f"no modulated motion was found: {results}" + (f"; {case.no_steady_reason}" if case.no_steady_reason else "")
     first, more_branches = findings.branches[0], len(findings.branches) - 1
-    values, first_ends = first.whole_array("values"), sorted((e for k, e in ends if k == 0), key=lambda e: e.parameter)
+    values, first_ends = first.values, sorted((e for k, e in ends if k == 0), key=lambda e: e.parameter)
     extent = problem.significant_range(min(values.min(), first_ends[0].parameter), max(values.max(), first_ends[-1].parameter))
     names = [_ENDS.get(e.kind, e.kind.replace("-", " ")) for e in first_ends]
     ending = f"both ends are {names[0]}" if len(set(names)) == 1 and len(names) > 1 else f"it ends at {' and at '.join(names)}"
@@ -313,13 +314,13 @@ def _warn(a: Answer, along: Parameter, case: OrbitCase, findings: OrbitFindings)
         a.warn(f"and {len(findings.omissions) - _MOST_LOST} more")
     if case.no_steady_reason and branches and not case.no_steady_reason.startswith("equilibria"):
         a.warn(case.no_steady_reason)
-    errors = [b.whole_array("product_error")[b.whole_array("is_trusted")] for b in branches]
+    errors = [b.product_error[b.is_trusted] for b in branches]
     if count := (np.concatenate([np.empty(0), *errors]) > _PRODUCT).sum():
         a.warn(
             f"of {count} orbits the fastest decays are unknown: the product of the multipliers differs from that which the "
             "divergence of the equations demands"
         )
-    excess = np.concatenate([np.empty(0), *(b.whole_array("excess_error") for b in branches)])
+    excess = np.concatenate([np.empty(0), *(b.excess_error for b in branches)])
     if excess.any():
         a.warn(
             f"{(excess > 0).sum()} orbits change too fast for the finest mesh: between its points their states are known to "

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BeforeValidator, Field
 
 from wucht.dynamics.branches.orbit_diagram import OrbitCase, follow_orbits
-from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.parameters import checked_range, parameter_of, values_of
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
@@ -26,6 +25,7 @@ from wucht.studies.study import AVERAGED_EQUATIONS, Study
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
+
 
 _SETTINGS = ("start", "until", "longest", "switch", "together", "show", "ranges", "inertia")  # of the orbits
 
@@ -102,8 +102,8 @@ class OrbitBranch(Study):
         along = parameter_of(subject, self.along)
         bounds = checked_range(subject, along, self.range)
         at, values = (self._values_in_range(subject, along, bounds, key) for key in ("at", "values"))
-        settings = OrbitSettings(**{key: getattr(self, key) for key in _SETTINGS})
-        return along, OrbitCase.of(subject, along.path, bounds, settings, at, values)
+        settings = {key: getattr(self, key) for key in _SETTINGS}
+        return along, OrbitCase.of(subject, along.path, bounds, run_values=at, values=values, **settings)
 
     def _values_in_range(
         self, subject: Subject, along: Parameter, bounds: tuple[float, float], key: str

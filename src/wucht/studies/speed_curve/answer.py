@@ -7,10 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import sympy as sp
 
-from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings
+from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings, special_points
 from wucht.dynamics.branches.equilibrium_branches import ALL_STABLE, SOME_STABLE, EquilibriumBranch, StabilityLevel
 from wucht.dynamics.branches.family_curve import SAMPLED_MEMBERS
-from wucht.dynamics.branches.special_states import SpecialState, special_states
 from wucht.schema import Parameter
 from wucht.studies.answer import Answer
 from wucht.studies.motion_variables import join_arrays, state_steady_points
@@ -31,8 +30,8 @@ _WORDS = {
 def state_speeds(a: Answer, along: Parameter, second: Parameter | None, case: BranchCase, findings: BranchFindings) -> None:
     """State the answer, as far as branches are followed."""
     steady_states, bounds = case.steady_states, case.steady_states.bounds
-    labels, special_points = steady_states.labels, special_states(case, findings.branches)
-    a.sentence = _sentence(along, second, case, findings, special_points)
+    labels, points = steady_states.labels, special_points(case, findings.branches)
+    a.sentence = _sentence(along, second, case, findings, [findings.branches[k].kinds[i] for k, i in points])
     a.attribute(
         along=along.path, along_unit=along.unit, along_what=along.full_name, along_symbol=_symbol(along.path), low=bounds[0],
         high=bounds[1], shown=labels.ordinate, **({"subject": "system"} if labels.of_equations else {}),
@@ -51,7 +50,7 @@ def state_speeds(a: Answer, along: Parameter, second: Parameter | None, case: Br
     a.number("inertia", labels.inertia, "whether the averaged equations keep the inertia of the balancing bodies")
     _state_points(a, along, case, findings.branches)
     tables.state_branches(a, along, second, case, findings.branches)
-    tables.state_special_points(a, along, second, case, special_points)
+    tables.state_special_points(a, along, second, case, findings.branches, points)
     lines = tables.state_nominal_states(a, along, case, findings)
     tables.state_special_curves(a, along, second, case, findings.curves)
     for heading, text, at in lines:
@@ -85,12 +84,11 @@ def _kinds_phrase(kinds: Sequence[str]) -> str:
 
 def _state_points(a: Answer, along: Parameter, case: BranchCase, branches: Sequence[EquilibriumBranch]) -> None:
     """State the points of all branches."""
-    states_at, labels, n = dict(case.states_by_second_value), case.steady_states.labels, len(case.steady_states.names)
+    labels, n = case.steady_states.labels, len(case.steady_states.names)
     exponents = join_arrays([b.exponents for b in branches], n)
     shares = [np.array(b.stable_share) if b.stable_share else np.full(b.unknowns.shape[1], np.nan) for b in branches]
     at_special = join_arrays([np.array([bool(kind) for kind in b.kinds]) for b in branches])
-    ordinates = [states_at[b.second].ordinates(b.unknowns) for b in branches]
-    state_steady_points(a, "point", "", branches, ordinates, along, labels)
+    state_steady_points(a, "point", "", branches, [case.states_by_second_value[b.second] for b in branches], along, labels)
     a.curve("unstable", join_arrays([b.unstable for b in branches]).astype(int), "number of growing disturbances", "", "point")
     a.curve("stable_share", join_arrays(shares), "share of a family's members that are stable", "", "point")
     a.curve("at_special", at_special.astype(np.int8), "a special point", "", "point")
@@ -104,7 +102,13 @@ def _state_searches(a: Answer, along: Parameter, findings: BranchFindings, speed
     searches, is_complete = findings.searches, findings.knows_all_states
     values = [s.value for s in searches if s.failure is None]
     a.curve("searched_value", [s.value for s in searches], along.full_name, along.unit, "search")
-    a.curve("searched_states", np.array([s.state_count for s in searches], int), "number of states there", "", "search")
+    a.curve(
+        "searched_states",
+        np.array([len(s.points) + len(s.families) for s in searches], int),
+        "number of states there",
+        "",
+        "search",
+    )
     a.number("searched", values, f"{along.full_name} at which all states were searched for", along.unit)
     a.number("complete", is_complete, "whether all states are known there")
     a.number("shown", findings.evidence(speed_unit), "evidence for that")
@@ -114,7 +118,7 @@ def _state_searches(a: Answer, along: Parameter, findings: BranchFindings, speed
 
 
 def _sentence(
-    along: Parameter, second: Parameter | None, case: BranchCase, findings: BranchFindings, points: Sequence[SpecialState]
+    along: Parameter, second: Parameter | None, case: BranchCase, findings: BranchFindings, special_kinds: Sequence[str]
 ) -> str:
     branches, (low, high) = findings.branches, case.steady_states.bounds
     if not branches:
@@ -132,7 +136,7 @@ def _sentence(
         part = f"none of them stable {'with all members' if partly else 'anywhere'}"
     if partly:
         part += f", {_count_phrase(partly, 'family', 'families')} with members that are stable and others that are not"
-    kinds = [s.kind for s in points if s.kind not in (SOME_STABLE, ALL_STABLE)]
+    kinds = [kind for kind in special_kinds if kind not in (SOME_STABLE, ALL_STABLE)]
     sentence = f"{count}, {part}; {_kinds_phrase(kinds) or 'no special point'}"
     if case.plane is None:
         return sentence

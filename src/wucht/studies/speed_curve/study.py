@@ -10,7 +10,6 @@ from pydantic import Field
 
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase, follow_branches
 from wucht.dynamics.branches.second_parameter import SecondParameter
-from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.parameters import checked_range, parameter_of, values_of
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
@@ -108,8 +107,11 @@ class SpeedCurve(Study):
                 raise InputError("study.second_range", list(self.second_range), requirement)
         elif second is not None and self.second_values is not None:
             values = second.path, values_of(subject, second, self.second_values, "second_values")
-        settings = BranchSettings(self.points, self.only, self.show, self.ranges, self.inertia)
-        return along, second, BranchCase.of(subject, along.path, bounds, settings, plane, values)
+        case = BranchCase.of(
+            subject, along.path, bounds, points=self.points, only=self.only, show=self.show, ranges=self.ranges,
+            inertia=self.inertia, plane=plane, second=values,
+        )  # fmt: skip
+        return along, second, case
 
     def solve(self, subject: Subject, prepared: Prepared, work: Work) -> Iterator[Answer]:
         """Follow the branches one by one."""

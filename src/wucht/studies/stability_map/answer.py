@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from wucht.dynamics.branches.ending_map import EndingMapCase
+from wucht.dynamics.branches.ending_map_case import EndingMapCase
 from wucht.dynamics.branches.labelled_maps import LabelledMap, detection_limit
 from wucht.dynamics.branches.plane_regions import DOUBLE, NOT_DECIDED
 from wucht.dynamics.branches.state_map import StateMapCase
@@ -25,7 +25,7 @@ def state_map(
 ) -> None:  # fmt: skip
     """State the map. parameters: of the plane, and that which is eliminated, if there is one."""
     (along, second, *_), parts = parameters, labelled_map()
-    ranges = (*case.bounds, *([] if isinstance(case, StateMapCase) else [case.plane.bounds[0]]))
+    ranges = (*case.bounds, *([] if isinstance(case, StateMapCase) else [case.ranges[0]]))
     a.attribute(
         along=along.path, along_unit=along.unit, along_what=along.full_name, second=second.path, second_unit=second.unit,
         second_what=second.full_name, eliminated=parameters[2].path if len(parameters) > 2 else "",
@@ -145,7 +145,7 @@ def _sentence(parameters: Sequence[Parameter], case: StateMapCase | EndingMapCas
         return f"the {case.labels.orbit}, as {third.sentence_name} changes: {', '.join(listing)} of the plane{meeting}"
     everywhere = f"stable everywhere: {', '.join(parts.everywhere)}; in addition " if parts.everywhere else "stable: "
     limit = f"; what exists in less than {100 * parts.detection_limit:.2g} % of it may be missed at the places examined"
-    names = " and ".join(case.settings.only or ())
+    names = " and ".join(case.only or ())
     only = f"; of the steady states {names} alone were sought" if names else ""
     left_out = f"; {case.labels.orbit}s were not searched for" if case.motion is None else ""
     return f"{everywhere}{'; '.join(listing)} of the plane{limit}{only}{left_out}"

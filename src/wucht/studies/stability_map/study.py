@@ -8,16 +8,14 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from wucht.dynamics.branches.ending_curves import ParameterPlane
-from wucht.dynamics.branches.ending_map import EndingMapCase, map_endings
+from wucht.dynamics.branches.ending_map import map_endings
+from wucht.dynamics.branches.ending_map_case import EndingMapCase
 from wucht.dynamics.branches.labelled_maps import (
     LabelledMap,
     map_of_endings,
     map_of_states,
 )
-from wucht.dynamics.branches.orbit_problem import OrbitSettings
 from wucht.dynamics.branches.state_map import StateMapCase, map_states
-from wucht.dynamics.branches.steady_states import BranchSettings
 from wucht.dynamics.parameters import checked_range, parameter_of
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
@@ -110,15 +108,18 @@ class StabilityMap(Study):
         """
         along, second = parameter_of(subject, self.along), parameter_of(subject, self.second, "second")
         bounds = checked_range(subject, along, self.range), checked_range(subject, second, self.second_range, "second_range")
-        settings = BranchSettings(_SEARCHED_VALUES, self.only, None, self.ranges, self.inertia)
-        orbits = OrbitSettings(together=self.together, ranges=self.ranges, inertia=self.inertia)
         if self.eliminate is None or self.eliminate_range is None:
-            cells, paths = self.cells or _CELLS_OF_STATES, (along.path, second.path)
-            return (along, second), StateMapCase.of(subject, paths, bounds, cells, settings, orbits if self.orbits else None)
+            cells = self.cells or _CELLS_OF_STATES
+            return (along, second), StateMapCase.of(
+                subject, (along.path, second.path), bounds, cells, points=_SEARCHED_VALUES, only=self.only, ranges=self.ranges,
+                inertia=self.inertia, orbits=self.orbits, together=self.together,
+            )  # fmt: skip
         third = parameter_of(subject, self.eliminate, "eliminate")
         ends = checked_range(subject, third, self.eliminate_range, "eliminate_range")
-        plane = ParameterPlane((third.path, along.path, second.path), (ends, *bounds))
-        return (along, second, third), EndingMapCase.of(subject, plane, self.cells or _CELLS_OF_ENDINGS, settings, orbits)
+        paths, cells = (third.path, along.path, second.path), self.cells or _CELLS_OF_ENDINGS
+        return (along, second, third), EndingMapCase.of(
+            subject, paths, (ends, *bounds), cells, together=self.together, ranges_of_states=self.ranges, inertia=self.inertia
+        )
 
     def solve(self, subject: Subject, prepared: Prepared, work: Work) -> Iterator[Answer]:
         """Examine place by place, then the curves between them."""
