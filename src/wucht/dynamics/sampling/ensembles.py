@@ -90,6 +90,11 @@ class MemberOutcomes:
         failures = tuple((int(begin) + i, reason) for begin, p in zip(begins, parts, strict=False) for i, reason in p.failures)
         return cls(**{name: np.concatenate([getattr(p, name) for p in parts]) for name in _ARRAYS}, failures=failures)
 
+    @classmethod
+    def in_order(cls, parts: Sequence[MemberOutcomes], numbers: Sequence[np.ndarray]) -> MemberOutcomes:
+        """Join the outcomes of parts of an ensemble, in the order of the numbers that the members of each have in it."""
+        return cls.join(parts).select(np.argsort(np.concatenate(numbers)))
+
     def with_failures(self, failures: Mapping[int, str]) -> MemberOutcomes:
         """Return the outcomes with the sentences of those that failed, by their index."""
         return replace(self, failures=tuple(sorted(failures.items())))

@@ -13,7 +13,7 @@ from wucht.analysis.averaged_equations import FullMotion
 from wucht.dynamics.run_ups.horizon import Horizon, distinctive_times
 from wucht.dynamics.run_ups.run_up import free_speed_at_end
 from wucht.dynamics.run_ups.run_up_models import FullModel, SlowModel, slow_model
-from wucht.dynamics.sampling.ensemble_equations import NumberedMembers, Variants, parameters_of
+from wucht.dynamics.sampling.ensemble_equations import Variants, parameters_of
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, Report, subprogress
 from wucht.dynamics.verdicts.certificate import TOLERANCE, MotionEnd, certified_verdict
 from wucht.dynamics.verdicts.judging import judge
@@ -52,7 +52,7 @@ def classify_members(
             parts.append(_outcomes(ends))
         order.append(members)
         done += len(members)
-    return MemberOutcomes.join(parts).select(np.argsort(np.concatenate(order)))
+    return MemberOutcomes.in_order(parts, order)
 
 
 def _outcomes(ends: EnsembleResult[ObserverState]) -> MemberOutcomes:
@@ -104,7 +104,7 @@ def observe_members(
     observer = ClassifyingObserver(
         models, variants.machine_index, horizon.span, Noise.of(question.tolerance), pace, question.until is not None
     )
-    members = NumberedMembers(initial, parameters_of(system, variants), np.arange(len(initial)))
+    members = Members.of(initial, parameters_of(system, variants))
     for tile in tiles(compile_ensemble(system, question.tolerance), members, observer, pace, _MEMBERS_PER_TILE, report=report):
         yield tile.result
 
@@ -141,7 +141,6 @@ class ClassifyingObserver:
     @np.errstate(all="ignore")  # see ``ScreeningObserver.begin``
     def begin(self, members: Members) -> ObserverState:
         """Return the first record: see ``Observer``."""
-        assert isinstance(members, NumberedMembers)
         count = len(members)
         observations, settling_time = np.empty(count, object), np.full(count, np.nan)
         record = ObserverState(

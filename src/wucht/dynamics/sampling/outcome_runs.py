@@ -10,14 +10,13 @@ import numpy as np
 
 from wucht.dynamics.run_ups.run_variations import VariedQuantity, varied_quantity
 from wucht.dynamics.sampling.ensemble_equations import batching_obstacle, is_screened
-from wucht.dynamics.sampling.ensemble_run import outcomes_of
+from wucht.dynamics.sampling.ensemble_run import outcomes_at
 from wucht.dynamics.sampling.ensembles import (
     EnsembleQuestion,
     MemberOutcomes,
     Start,
     initial_states,
     omission_warnings,
-    run_possible,
     unrunnable_members,
 )
 from wucht.dynamics.sampling.outcome_maps import MISSING, CellOutcomes
@@ -81,11 +80,7 @@ class OutcomeRuns:
 
     def outcomes(self, quantities: Sequence[VariedQuantity], places: np.ndarray, report: TaskReport) -> MemberOutcomes:
         """See ``CellRuns``."""
-
-        def run(starts: np.ndarray, values: Mapping[str, np.ndarray]) -> MemberOutcomes:
-            return outcomes_of(self.question, starts, values, report=report)
-
-        return run_possible(run, self.question.machine, *self.starts(quantities, places))
+        return outcomes_at(self.question, self.start, quantities, places, "study.axes", report)
 
     def with_outcomes(self, outcomes: Sequence[CellOutcomes]) -> Self:
         """See ``CellRuns``: the outcomes are the same for all."""

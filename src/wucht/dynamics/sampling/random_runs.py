@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -11,7 +11,7 @@ import numpy as np
 from wucht.dynamics.run_ups.run_variations import VariedQuantity
 from wucht.dynamics.sampling.distributions import REPLICATES
 from wucht.dynamics.sampling.ensemble_equations import batching_obstacle
-from wucht.dynamics.sampling.ensemble_run import RunAdvice, member_advice, outcomes_of
+from wucht.dynamics.sampling.ensemble_run import RunAdvice, member_advice, outcomes_at
 from wucht.dynamics.sampling.ensembles import (
     EnsembleQuestion,
     MemberOutcomes,
@@ -19,7 +19,6 @@ from wucht.dynamics.sampling.ensembles import (
     Start,
     initial_states,
     omission_warnings,
-    run_possible,
     unrunnable_members,
 )
 from wucht.dynamics.sampling.probability_bands import band
@@ -118,11 +117,10 @@ class RandomRuns:
             first_members = self.outcomes(value, samples[:, ::size], work.part("first", 0.0, 1 / size))
             point = self._counted_point(value, first_members)
             if not point.is_undecided:
-                order = np.arange(count).reshape(REPLICATES, size)
-                rest = order[:, 1:].ravel()
+                numbers = np.arange(count).reshape(REPLICATES, size)
+                first, rest = numbers[:, 0], numbers[:, 1:].ravel()
                 rest_members = self.outcomes(value, samples[:, rest], work.part("rest", 1 / size, 1.0))
-                places = np.argsort(np.concatenate([order[:, 0], rest]))
-                point = self._counted_point(value, MemberOutcomes.join([first_members, rest_members]).select(places))
+                point = self._counted_point(value, MemberOutcomes.in_order([first_members, rest_members], [first, rest]))
         if not point.is_undecided:
             return point
         return replace(point, advice=work.unit("advice", partial(self._advice, value, samples[:, :1])))
@@ -138,12 +136,7 @@ class RandomRuns:
         return MemberOutcomes.join([outcomes[name] for name in tiles])
 
     def _outcomes_of_tile(self, value: float, samples: np.ndarray, report: Report) -> MemberOutcomes:
-        question = self.question_at(value)
-
-        def run(starts: np.ndarray, values: Mapping[str, np.ndarray]) -> MemberOutcomes:
-            return outcomes_of(question, starts, values, report=report)
-
-        return run_possible(run, question.machine, *self.members(value, samples))
+        return outcomes_at(self.question_at(value), self.start, self.quantities, samples, "study.random", report)
 
     def _advice(self, value: float, sample: np.ndarray) -> RunAdvice:
         starts, values = self.members(value, sample)

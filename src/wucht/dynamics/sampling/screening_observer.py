@@ -10,7 +10,7 @@ import numpy as np
 
 from wucht.analysis.vibration import Vibration
 from wucht.dynamics.sampling.attractors import Attractor
-from wucht.dynamics.sampling.ensemble_equations import Equations, NumberedMembers, Variants
+from wucht.dynamics.sampling.ensemble_equations import Equations, Variants
 from wucht.dynamics.sampling.member_quantities import MemberQuantities
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import (
@@ -116,7 +116,6 @@ class ScreeningObserver:
 
     def begin(self, members: Members) -> MemberRecord:
         """Return the first record: see ``Observer``."""
-        assert isinstance(members, NumberedMembers)
         m = len(members)
         outcome, settling_time = np.full(m, UNDECIDED_OUTCOME, np.int8), np.full(m, np.nan)
         envelopes = np.empty((4, PARTS, m), _SINGLE)
