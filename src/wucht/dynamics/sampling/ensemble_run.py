@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -71,22 +71,17 @@ def _member_motions(question: EnsembleQuestion, machine: Machine, start: np.ndar
         yield motion
 
 
-@dataclass(frozen=True)
-class RunAdvice:
-    """What a member without a verdict needs: a sentence, and the end time of a run that decides, None if there is none."""
-
-    sentence: str | None
-    needed_time: float | None
-
-
 def member_advice(
     question: EnsembleQuestion, start: np.ndarray, values: Mapping[str, float], report: Report | None = None
-) -> RunAdvice:
-    """Return the advice of the verdict on a member that starts in a state (n,), with these values of varied parameters."""
+) -> tuple[str | None, float | None]:
+    """Return what a member without a verdict needs: a sentence, and the end time of a run that decides, None if there is none.
+
+    It starts in a state (n,), with these values of varied parameters.
+    """
     for motion in _member_motions(question, question.machine.with_values(dict(values)), start):
         if report is not None:
             report(min(motion.last.trajectory.end_time / motion.case.horizon.expected_end, 1.0))
-    return RunAdvice(motion.last.trajectory.failure or motion.verdict.advice, motion.verdict.needed_time)
+    return motion.last.trajectory.failure or motion.verdict.advice, motion.verdict.needed_time
 
 
 _MOST_DOUBLINGS = 8  # of the first chunk

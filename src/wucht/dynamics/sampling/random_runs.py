@@ -11,7 +11,7 @@ import numpy as np
 from wucht.dynamics.run_ups.run_variations import VariedQuantity
 from wucht.dynamics.sampling.distributions import REPLICATES
 from wucht.dynamics.sampling.ensemble_equations import batching_obstacle
-from wucht.dynamics.sampling.ensemble_run import RunAdvice, member_advice, outcomes_at
+from wucht.dynamics.sampling.ensemble_run import member_advice, outcomes_at
 from wucht.dynamics.sampling.ensembles import (
     EnsembleQuestion,
     MemberOutcomes,
@@ -22,7 +22,6 @@ from wucht.dynamics.sampling.ensembles import (
     unrunnable_members,
 )
 from wucht.dynamics.sampling.probability_bands import band
-from wucht.dynamics.sampling.searches import ProbabilityBounds
 from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES
 from wucht.dynamics.work import Work
 from wucht.schema import Parameter
@@ -32,17 +31,21 @@ _TILE = 1024  # runs in a unit of work
 
 
 @dataclass(frozen=True)
-class ProbabilityPoint(ProbabilityBounds):
-    """Outcomes of the runs at a value of the parameter, and the bounds of the probability of some outcomes.
+class ProbabilityPoint:
+    """Outcomes of the runs at a value of the parameter, and the confidence bounds of the probability of some outcomes.
 
-    inside, open: number of runs of each replicate (R,) with one of these, and with an unknown outcome. advice: where no run has
-    a verdict.
+    inside, open: number of runs of each replicate (R,) with one of these, and with an unknown outcome. advice, needed_time:
+    where no run has a verdict.
     """
 
+    value: float
+    low: float
+    high: float
     members: MemberOutcomes
     inside: np.ndarray
     open: np.ndarray
-    advice: RunAdvice | None = None
+    advice: str | None = None
+    needed_time: float | None = None
 
     @classmethod
     def of(cls, value: float, members: MemberOutcomes, outcomes: Sequence[str], confidence: float) -> ProbabilityPoint:
@@ -123,7 +126,8 @@ class RandomRuns:
                 point = self._counted_point(value, MemberOutcomes.in_order([first_members, rest_members], [first, rest]))
         if not point.is_undecided:
             return point
-        return replace(point, advice=work.unit("advice", partial(self._advice, value, samples[:, :1])))
+        advice, needed_time = work.unit("advice", partial(self._advice, value, samples[:, :1]))
+        return replace(point, advice=advice, needed_time=needed_time)
 
     def _counted_point(self, value: float, members: MemberOutcomes) -> ProbabilityPoint:
         return ProbabilityPoint.of(value, members, self.counted_outcomes, self.confidence)
@@ -138,6 +142,6 @@ class RandomRuns:
     def _outcomes_of_tile(self, value: float, samples: np.ndarray, report: Report) -> MemberOutcomes:
         return outcomes_at(self.question_at(value), self.start, self.quantities, samples, "study.random", report)
 
-    def _advice(self, value: float, sample: np.ndarray) -> RunAdvice:
+    def _advice(self, value: float, sample: np.ndarray) -> tuple[str | None, float | None]:
         starts, values = self.members(value, sample)
         return member_advice(self.question_at(value), starts[:, 0], {name: float(at[0]) for name, at in values.items()})
