@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 import sympy as sp
 
-from wucht.dynamics.limit_sets.resting_states import RestingState
 from wucht.dynamics.verdicts.outcomes import LabelWithSentence
 from wucht.errors import WuchtError
 from wucht.machines.subject import Subject
@@ -116,12 +115,6 @@ class LimitSet:
     eigenvalues: np.ndarray | None = None
     exponent: LyapunovExponent | None = None
     gap: float = 0.0
-
-    @classmethod
-    def at(cls, equilibrium: RestingState, times: np.ndarray, metric: StateMetric) -> Self:
-        """Build the limit set of an equilibrium. times: (1,)."""
-        state, eigenvalues = equilibrium.state[:, None], equilibrium.eigenvalues
-        return cls(MotionKind.EQUILIBRIUM, times, state, metric, equilibrium.attracts, eigenvalues=eigenvalues)
 
     @property
     def has_eigenvalues(self) -> bool:

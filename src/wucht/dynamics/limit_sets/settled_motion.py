@@ -57,7 +57,7 @@ def settled_motion(
 ) -> LimitSet | None:
     """Return what a leg tends to, None where that cannot be told from it.
 
-    exponent_accuracy: as in ``LongRunSettings``; None: chaotic sets and tori are not tried.
+    exponent_accuracy: as of ``long_run``; None: chaotic sets and tori are not tried.
     """
     metric = StateMetric.of(subject, leg.extents)
     late = np.ptp(leg.states[:, leg.states.shape[1] // 2 :], axis=1)
@@ -73,16 +73,14 @@ def settled_motion(
 
 def _equilibrium(subject: Subject, compiled_system: CompiledSystem, leg: RunSegment, metric: StateMetric) -> LimitSet | None:
     """Return the equilibrium at which a leg rests; None where none is nearby, or a saddle at which it may not stay."""
-    end, times = leg.states[:, -1], leg.time[-1:]
+    end = leg.states[:, -1]
     if subject.system.depends_on_time:
-        return LimitSet(MotionKind.EQUILIBRIUM, times, end[:, None], metric, None, eigenvalues=np.empty(0))
-    nearest = equilibrium_near(subject, end, metric.sizes, compiled_system.tolerance)
-    if nearest is None:
+        return LimitSet(MotionKind.EQUILIBRIUM, leg.time[-1:], end[:, None], metric, None, eigenvalues=np.empty(0))
+    nearest = equilibrium_near(subject, end, metric, compiled_system.tolerance, float(leg.time[-1]))
+    if nearest is None or nearest.eigenvalues is None:
         return None
     has_moved = (leg.states != leg.states[:, :1]).any()
-    if has_moved and leg.duration / 2 < time_of_rest(nearest.eigenvalues):
-        return None
-    return LimitSet.at(nearest, times, metric)
+    return None if has_moved and leg.duration / 2 < time_of_rest(nearest.eigenvalues) else nearest
 
 
 def _orbit(
