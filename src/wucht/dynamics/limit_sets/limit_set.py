@@ -156,7 +156,7 @@ class LimitSet:
     @cached_property
     def reach(self) -> float:
         """How near to its samples another motion must be."""
-        return max(_TIGHT, _LOOSE * self.gap)
+        return reach_of(self.gap)
 
     @cached_property
     def _tree(self) -> KDTree:
@@ -189,6 +189,19 @@ class LimitSet:
         reach = max(self.reach, second.reach)
         pairs = ((self, second), (second, self))
         return all((a.distances(b.times, b.states) <= reach).mean() >= _NEIGHBOURS for a, b in pairs)
+
+
+def gap_of_halves(points: np.ndarray, share: float = 1.0) -> float:
+    """Return by how much the halves of points (P, d) along a motion are apart: such a share of each are as near."""
+    from scipy.spatial import KDTree
+
+    first, second = np.array_split(points, 2)
+    return max(float(np.quantile(KDTree(a).query(b)[0], share)) for a, b in ((first, second), (second, first)))
+
+
+def reach_of(gap: float) -> float:
+    """Return how near to samples of a motion another one must be to be on the same set, by how far these are apart."""
+    return max(_TIGHT, _LOOSE * gap)
 
 
 def forcing_period(system: System, values: dict[str, float] | object) -> float | None:

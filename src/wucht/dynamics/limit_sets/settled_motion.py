@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind, StateMetric, forcing_period
+from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind, StateMetric, forcing_period, gap_of_halves
 from wucht.dynamics.limit_sets.resting_states import equilibrium_near, rests, sign_of_growth, time_of_rest
 from wucht.errors import RunError, WuchtError
 from wucht.machines.subject import Subject
@@ -200,7 +200,7 @@ def _irregular_motion(
         points = metric.points(times, states)
         if kind is None or _drifts(points) or not _covers_one_set(points):
             return verdict
-        verdict = LimitSet(kind, times, states, metric, None, exponent=exponent, gap=_gap(*np.array_split(points, 2)))
+        verdict = LimitSet(kind, times, states, metric, None, exponent=exponent, gap=gap_of_halves(points, _COVERAGE))
         width = (exponent.high - exponent.low) / (2 * accuracy * exponent.value)
         if kind is not MotionKind.CHAOTIC or width <= 1:
             break
@@ -246,10 +246,3 @@ def _covers_one_set(points: np.ndarray) -> bool:
 
     halves, random = np.arange(BLOCKS) < BLOCKS // 2, np.random.default_rng(0)
     return any(gap(random.permutation(halves)) >= gap(halves) for _ in range(_SPLITS))
-
-
-def _gap(first: np.ndarray, second: np.ndarray) -> float:
-    """Return by how much points (P, d) and (Q, d) are apart: nearly all of each are as near to the others."""
-    from scipy.spatial import KDTree
-
-    return max(float(np.quantile(KDTree(a).query(b)[0], _COVERAGE)) for a, b in ((first, second), (second, first)))

@@ -200,14 +200,6 @@ def _weights(machine: Machine) -> tuple[complex, ...]:
     return (weights[0], *(weights[1 + other_bodies.index(b)] for b in machine.group(machine.rotor)[1:]))
 
 
-def embedded_states(system: System, samples: np.ndarray) -> np.ndarray:
-    """Embed samples (K, k, M) as (K, M, d): the states, with cosine and sine in place of each angle."""
-    columns = list[np.ndarray]()
-    for i, state in enumerate(system.states):
-        columns += [np.cos(samples[:, i]), np.sin(samples[:, i])] if state in system.angles else [samples[:, i]]
-    return np.stack(columns, axis=-1)
-
-
 def parameters_of(system: System, variants: Variants) -> np.ndarray:
     """Return the parameters (M, p) of members, in a System's order."""
     return np.asarray(_variant_values(system, variants)[variants.machine_index])

@@ -193,7 +193,7 @@ def _screen_members(
     attractors = attractors_of(question, equations, horizon)
     quantities = equations.quantities(variants, with_states=bool(attractors))
     noise = Noise.of(question.tolerance)
-    observer = ScreeningObserver(equations, quantities, variants, attractors, pace, until is not None, noise)
+    observer = ScreeningObserver(quantities, variants, attractors, pace, until is not None, noise)
     initial = np.ascontiguousarray(equations.starts(starts, variants).T)
     members = Members.of(initial, quantities.parameter_values[variants.machine_index])
     ensemble = compile_ensemble(quantities.system, question.tolerance, quantities=quantities.expressions)

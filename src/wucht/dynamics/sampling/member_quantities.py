@@ -93,9 +93,12 @@ class MemberQuantities:
         """Return the share of the unbalance that is left (K, M), from samples (K, v, M) of quantities."""
         return samples[:, 1 + self.body_count]
 
-    def states(self, samples: np.ndarray) -> np.ndarray:
-        """Return the states (K, k, M) from samples (K, v, M) of quantities, where these are sampled."""
-        return np.take(samples, self.state_columns, axis=1)
+    def points(self, samples: np.ndarray) -> np.ndarray:
+        """Return the states as points (K, M, d), with cosine and sine of each angle, from samples (K, v, M) of quantities."""
+        states, columns = np.take(samples, self.state_columns, axis=1), list[np.ndarray]()
+        for i, state in enumerate(self.system.states):
+            columns += [np.cos(states[:, i]), np.sin(states[:, i])] if state in self.system.angles else [states[:, i]]
+        return np.stack(columns, axis=-1)
 
 
 def _residual_unbalance(phases: Sequence[sp.Expr]) -> tuple[sp.Expr, list[sp.Symbol]]:

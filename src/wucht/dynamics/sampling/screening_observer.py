@@ -10,7 +10,7 @@ import numpy as np
 
 from wucht.analysis.vibration import Vibration
 from wucht.dynamics.sampling.attractors import Attractor
-from wucht.dynamics.sampling.ensemble_equations import Equations, Variants
+from wucht.dynamics.sampling.ensemble_equations import Variants
 from wucht.dynamics.sampling.member_quantities import MemberQuantities
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import (
@@ -100,11 +100,10 @@ class MemberRecord:
 
 @dataclass(frozen=True)
 class ScreeningObserver:
-    """The observer. equations, variants: of all members, by their numbers. quantities: what the samples are. final: all are
+    """The observer. quantities: what the samples are. variants: of all members, by their numbers. final: all are
     judged at the end of the pace, the requested time; else each when it has settled. noise: of the integration. attractors: on
     which they may end. resonances, vibrations: those computed so far."""
 
-    equations: Equations
     quantities: MemberQuantities
     variants: Variants
     attractors: tuple[Attractor, ...]
@@ -188,7 +187,7 @@ class ScreeningObserver:
             candidates = np.flatnonzero(outcome == UNDECIDED_OUTCOME)
             if not len(candidates):
                 return
-            members = attractor.resident_members(self.equations, self.quantities.states, samples, speeds, end / 2, candidates)
+            members = attractor.resident_members(self.quantities.points, samples, speeds, end / 2, candidates)
             outcome[members] = attractor.outcome
             arrival_time = _arrival_time(envelopes[..., members], end, attractor, free[members])
             settling_time[members] = np.where(arrival_time <= end + time_left, arrival_time, np.nan)
