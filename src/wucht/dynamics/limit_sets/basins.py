@@ -102,7 +102,7 @@ class _Search:
     ) -> None:
         self.subject, self.starts, self.states = subject, starts, starts.copy()
         self.until, self.tolerance, self.report = until, tolerance, report
-        self.labels = np.full(starts.shape[1], NOT_SETTLED)
+        self.turning, self.labels = np.array(subject.system.is_angle), np.full(starts.shape[1], NOT_SETTLED)
         self.open_members = np.arange(starts.shape[1])
         self.rest_points = None if subject.system.depends_on_time else RestPoints.of(subject, tolerance)
         self.sets, self.reasons, self.span, self.alone, self.unsettled = list(known_sets), dict[int, str](), 0.0, 0, 0
@@ -174,8 +174,7 @@ class _Search:
         pace = Pace(chunk, _SAMPLES, chunk * max(_CHUNKS, math.ceil(self.span / chunk)))
         members = Members.of(self.states[:, self.open_members].T, values)
         farthest = _BEYOND * max(1.0, float(np.abs(self.starts).max(initial=0.0)))
-        turning = np.array([s in ensemble.system.angles for s in ensemble.system.states])
-        observer = _SetObserver(tuple(self.sets), farthest, turning, chunk, self.rest_points)
+        observer = _SetObserver(tuple(self.sets), farthest, self.turning, chunk, self.rest_points)
         result = run_ensemble(ensemble, members, observer, pace, report=lambda _share: self._tell())
         ids, self.states[:, self.open_members] = self.open_members, result.states.T
         self.labels[ids] = result.record.label
@@ -190,10 +189,9 @@ class _Search:
 
     def _label_resting(self, members: np.ndarray, ranges: np.ndarray) -> None:
         """Label members at rest by their equilibria, those at one of them together. ranges (n, R): of their states."""
-        turning = np.array([s in self.subject.system.angles for s in self.subject.system.states])
         while len(members) and self.rest_points is not None:
             first = self.states[:, members[0]]
-            metric = StateMetric.of(self.subject, state_extents(ranges[:, 0], first, turning, self.tolerance))
+            metric = StateMetric.of(self.subject, state_extents(ranges[:, 0], first, self.turning, self.tolerance))
             limit_set = equilibrium_near(self.subject, first, metric, self.tolerance)
             if limit_set is None:  # Newton's method leads elsewhere: it is followed alone
                 self.open_members = np.union1d(self.open_members, members[:1])

@@ -60,7 +60,7 @@ class StateMetric:
     @classmethod
     def of(cls, subject: Subject, extents: np.ndarray) -> Self:
         """Build the metric of equations from the extent (n,) of the motion in each state."""
-        turning = np.array([s in subject.system.angles for s in subject.system.states])
+        turning = np.array(subject.system.is_angle)
         largest = float(np.where(turning, 0.0, extents).max(initial=0.0)) or 1.0
         sizes = np.where(turning, 1.0, np.where(extents > 0, extents, largest))
         period = forcing_period(subject.system, subject.values)

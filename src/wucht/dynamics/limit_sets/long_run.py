@@ -163,7 +163,7 @@ class _Record:
     def __init__(self, bare: Subject, compiled_system: CompiledSystem, start: np.ndarray, report: Heartbeat | None) -> None:
         self.compiled_system, self._values, self._report = compiled_system, bare.system.values(bare.values), report
         self._start, self._legs, self._low, self._high = start, list[Trajectory](), start, start
-        self._turning = np.array([s in bare.system.angles for s in bare.system.states])
+        self._turning = np.array(bare.system.is_angle)
         self.time, self.state, self._engine = 0.0, start, compiled_system.engine_name
         self.start_equilibrium, self.first_span = _first_span(bare, start, compiled_system.tolerance)
 
@@ -236,7 +236,7 @@ def _first_span(bare: Subject, start: np.ndarray, tolerance: float) -> tuple[Lim
         fastest = float(np.nan_to_num(np.abs(rates) / sizes, posinf=0.0).max())
     nearest = None
     if fastest <= _ROUNDING and not system.depends_on_time:
-        metric = StateMetric(sizes, np.array([s in system.angles for s in system.states]), 0.0)
+        metric = StateMetric(sizes, np.array(system.is_angle), 0.0)
         nearest = equilibrium_near(bare, start, metric, tolerance)
         if nearest is not None and (np.abs(nearest.states[:, 0] - start) > _ROUNDING * sizes).any():
             nearest = None

@@ -202,6 +202,18 @@ def omission_warnings(
     return () if question.model == "full" else slow_model(machine, initial, question.inertia, question.order).warnings
 
 
+def omissions_among(
+    question: EnsembleQuestion, start: Start, quantities: Sequence[VariedQuantity], places: np.ndarray, location: str
+) -> tuple[str, ...]:
+    """Return ``omission_warnings`` of the first of the members at places (q, M) that can be run.
+
+    Raises ``InputError`` at ``location`` for a value that the machine does not allow, too.
+    """
+    impossible = unrunnable_members(question.machine, *initial_states(question.machine, start, quantities, places, location))
+    first = next((m for m in range(places.shape[1]) if m not in impossible), 0)
+    return omission_warnings(question, start, quantities, places[:, first].tolist())
+
+
 def run_possible(run: Runs, machine: Machine, starts: np.ndarray, values: Mapping[str, np.ndarray]) -> MemberOutcomes:
     """Run members with starts (n, M) and values (M,) of parameters; those that cannot be run have failed.
 

@@ -18,8 +18,7 @@ from wucht.dynamics.sampling.ensembles import (
     Report,
     Start,
     initial_states,
-    omission_warnings,
-    unrunnable_members,
+    omissions_among,
 )
 from wucht.dynamics.sampling.probability_bands import band
 from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES
@@ -101,11 +100,8 @@ class RandomRuns:
         """
         extremes = np.unique([f(row) for row in samples for f in (np.argmin, np.argmax)])
         probes = np.unique([*extremes, *np.linspace(0, samples.shape[1] - 1, _PROBES).astype(int)])
-        for value in ends:
-            members = self.members(value, samples[:, probes])
-            impossible_members = unrunnable_members(self.question_at(value).machine, *members)
-        possible = next((p for m, p in enumerate(probes) if m not in impossible_members), probes[0])
-        return omission_warnings(self.question_at(ends[-1]), self.start, self.quantities, samples[:, possible].tolist())
+        self.members(ends[0], samples[:, probes])
+        return omissions_among(self.question_at(ends[-1]), self.start, self.quantities, samples[:, probes], "study.random")
 
     def point(self, value: float, samples: np.ndarray, work: Work) -> ProbabilityPoint:
         """Run all samples (q, M) at a value of the parameter; where no run has a verdict, with the advice of one of them.

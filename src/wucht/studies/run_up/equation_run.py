@@ -94,7 +94,7 @@ def _fill_run(question: EquationRun, run: LongRun, a: Answer) -> None:
     thin = max(1, -(-(len(run.time) - 1) // (most - 1)))
     a.curve("time", run.time[::thin], "time")
     a.curve("state", list(names), "state")
-    a.curve("is_angle", [int(s in system.angles) for s in system.states], "1 of an angle", "", "state", coordinate=True)
+    a.curve("is_angle", list(map(int, system.is_angle)), "1 of an angle", "", "state", coordinate=True)
     a.curve("states", run.states[:, ::thin], "value of the state", "", "state time")
     times, states = (np.empty(0), np.empty((len(names), 0))) if limit is None else limit.samples(question.most_places)
     a.curve("limit_time", times, "time on what the motion tends to", "", "place")
