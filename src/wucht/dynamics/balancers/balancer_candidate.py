@@ -18,7 +18,8 @@ from wucht.dynamics.balancers.candidates import (
 )
 from wucht.dynamics.balancers.damping_optimum import compensated_state
 from wucht.dynamics.balancers.recommendation import CHECK_SAMPLES, CHECK_STREAM, BalancerMerit, Design, fresh_trials
-from wucht.dynamics.sampling.ensembles import Report, subprogress
+from wucht.dynamics.sampling.ensembles import subprogress
+from wucht.dynamics.work import TaskReport
 from wucht.errors import InputError
 
 _RUNS = 0.8  # of the progress of a check; the rest are steady states
@@ -95,7 +96,7 @@ class BalancerCandidate:
             return np.asarray(np.nan_to_num(abs(self.objectives - ours.objectives[0]) / tolerances, nan=np.inf))
 
 
-def verify_candidate(trials: BalancerTrials, numbers: np.ndarray, report: Report) -> FullCheck:
+def verify_candidate(trials: BalancerTrials, numbers: np.ndarray, report: TaskReport) -> FullCheck:
     """Check a candidate (k,) in the full equations, from other phases: the search has adapted it to those of its runs."""
     fresh = fresh_trials(trials, CHECK_SAMPLES * trials.samples, CHECK_STREAM)
     evaluation, runs = evaluate_runs(fresh, "full", numbers[None], subprogress(report, 0.0, _RUNS))

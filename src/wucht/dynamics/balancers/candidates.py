@@ -12,10 +12,10 @@ import numpy as np
 from wucht.analysis.vibration import unbalances
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.sampling.ensemble_run import outcomes_of
-from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, Report
+from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes
 from wucht.dynamics.sampling.searches import Variable, balancer_names, values_at
 from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES, OUTCOMES, RESONANCE_PASSED, Outcome
-from wucht.dynamics.work import Work
+from wucht.dynamics.work import TaskReport, Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Body, Drive, Load
@@ -311,14 +311,14 @@ def evaluate_candidates(
 
 
 def evaluate_batch(
-    trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, report: Report
+    trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, report: TaskReport
 ) -> CandidateResults:
     """Evaluate candidates (P, k) of the variables in one ensemble of runs."""
     return evaluate_runs(trials, model, numbers, report)[0]
 
 
 def evaluate_runs(
-    trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, report: Report
+    trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, report: TaskReport
 ) -> tuple[CandidateResults, SettlingRuns]:
     """Evaluate candidates (P, k) of the variables in one ensemble of runs; return their runs, too."""
     count, m = len(numbers), trials.samples
@@ -337,7 +337,7 @@ def evaluate_runs(
 
 
 def _runs_of_candidates(
-    trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, report: Report
+    trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, report: TaskReport
 ) -> list[tuple[int, Machine, MemberOutcomes]]:
     """Return index, machine and runs of each candidate (P, k) that the machine's parts allow."""
     m = trials.samples

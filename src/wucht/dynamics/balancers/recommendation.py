@@ -13,9 +13,8 @@ from wucht.analysis.time_constants import run_up_time
 from wucht.dynamics.balancers.candidates import BalancerTrials, SettlingRuns, candidates_a_unit, evaluate_runs
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.sampling.choice import Cliff, Contest, Scores, nearest_cliff
-from wucht.dynamics.sampling.ensembles import Report
 from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES, OUTCOMES, Outcome
-from wucht.dynamics.work import Work
+from wucht.dynamics.work import TaskReport, Work
 from wucht.machines.changes import last_change
 from wucht.machines.machine import Machine
 
@@ -129,7 +128,7 @@ def fresh_trials(trials: BalancerTrials, samples: int, stream: int) -> BalancerT
     return replace(trials, samples=samples, stream=stream)
 
 
-def _settling_runs(trials: BalancerTrials, numbers: np.ndarray, report: Report) -> SettlingRuns:
+def _settling_runs(trials: BalancerTrials, numbers: np.ndarray, report: TaskReport) -> SettlingRuns:
     return evaluate_runs(trials, "full", numbers, report)[1]
 
 

@@ -12,7 +12,6 @@ G. Datseris, A. Wagemakers, "Effortless estimation of basins of attraction", Cha
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +20,7 @@ from wucht.dynamics.limit_sets.conservation import CONSERVATIVE, preserves_volum
 from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind, StateMetric, whole_periods
 from wucht.dynamics.limit_sets.long_run import long_run
 from wucht.dynamics.limit_sets.resting_states import RestPoints, equilibrium_near, rests, state_extents
+from wucht.dynamics.work import TaskReport
 from wucht.errors import WuchtError
 from wucht.machines.subject import Subject
 from wucht.numerics.ensembles.ensemble import compile_ensemble, run_ensemble
@@ -42,8 +42,6 @@ _LEADS = 0.5  # times the distance from an equilibrium: a step of Newton's metho
 _BEYOND = 1e6  # times the largest start, at least 1: a member that comes so far diverges
 _LEFT = "it came near to no known set, and of the starts that were followed alone too many had no result"
 _FAMILY = "it ends on one of a family of motions, which neither attract nor repel their neighbours"
-
-Report = Callable[[float], None]  # the share that is done
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +68,7 @@ def start_outcomes(
     starts: np.ndarray,
     until: float | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
-    report: Report | None = None,
+    report: TaskReport | None = None,
     known_sets: tuple[LimitSet, ...] = (),
 ) -> StartOutcomes:
     """Return where the runs from starts (n, M) end.
@@ -97,7 +95,7 @@ class _Search:
         starts: np.ndarray,
         until: float | None,
         tolerance: float,
-        report: Report,
+        report: TaskReport,
         known_sets: tuple[LimitSet, ...],
     ) -> None:
         self.subject, self.starts, self.states = subject, starts, starts.copy()

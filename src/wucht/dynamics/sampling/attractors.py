@@ -2,6 +2,12 @@
 
 A member whose motion stays near one of them at last has its outcome. G. Datseris, A. Wagemakers, "Effortless estimation of
 basins of attraction", Chaos 32 (2022) 023104.
+
+Attractors of equations (``limit_sets.basins``) are found by the same algorithm; how far the rounds of a motion are apart, and
+how near another one must come, is one rule for both. The rest cannot be shared. Which attractors there are must not depend on
+the members, whose outcomes do not depend on each other: they are those of a few run-ups of the machine. Members whose
+parameters differ have none in common. Whether a member rests is told by its speed and unbalance, without its states, which are
+sampled only where there are attractors; and its name is an outcome, which the turns of its motion decide.
 """
 
 from __future__ import annotations

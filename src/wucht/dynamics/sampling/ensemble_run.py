@@ -25,7 +25,6 @@ from wucht.dynamics.sampling.ensemble_equations import (
 from wucht.dynamics.sampling.ensembles import (
     EnsembleQuestion,
     MemberOutcomes,
-    Report,
     Start,
     initial_states,
     run_possible,
@@ -37,13 +36,13 @@ from wucht.dynamics.sampling.steady_certificate import parting_members
 from wucht.dynamics.sampling.track_orders import members_by_order
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
-from wucht.dynamics.work import Work
+from wucht.dynamics.work import TaskReport, Work
 from wucht.machines.machine import Machine
 from wucht.numerics.ensembles.ensemble import compile_ensemble, tiles
 from wucht.numerics.ensembles.members import Members, Status
 
 
-def run_up_each(question: EnsembleQuestion, starts: np.ndarray, variants: Variants, report: Report) -> MemberOutcomes:
+def run_up_each(question: EnsembleQuestion, starts: np.ndarray, variants: Variants, report: TaskReport) -> MemberOutcomes:
     """Run up members one by one that start in states (n, M) of the machine's System."""
     count = starts.shape[1]
     outcome, failures = np.zeros(count, np.int8), dict[int, str]()
@@ -72,7 +71,7 @@ def _member_motions(question: EnsembleQuestion, machine: Machine, start: np.ndar
 
 
 def member_advice(
-    question: EnsembleQuestion, start: np.ndarray, values: Mapping[str, float], report: Report | None = None
+    question: EnsembleQuestion, start: np.ndarray, values: Mapping[str, float], report: TaskReport | None = None
 ) -> tuple[str | None, float | None]:
     """Return what a member without a verdict needs: a sentence, and the end time of a run that decides, None if there is none.
 
@@ -97,7 +96,7 @@ def integration_note(question: EnsembleQuestion) -> str:
 
 
 def outcomes_of(
-    question: EnsembleQuestion, starts: np.ndarray, values: Mapping[str, np.ndarray], report: Report | None = None
+    question: EnsembleQuestion, starts: np.ndarray, values: Mapping[str, np.ndarray], report: TaskReport | None = None
 ) -> MemberOutcomes:
     """Return the outcomes of the members of an ensemble; that of one does not depend on the other ones.
 
@@ -138,7 +137,7 @@ def outcomes_at(
     quantities: Sequence[VariedQuantity],
     places: np.ndarray,
     location: str,
-    report: Report,
+    report: TaskReport,
 ) -> MemberOutcomes:
     """Return the outcomes of the members at places (q, M) of the varied quantities; those that cannot be run have failed.
 
@@ -149,7 +148,7 @@ def outcomes_at(
 
 
 def _outcomes_in_one_order(
-    question: EnsembleQuestion, starts: np.ndarray, variants: Variants, report: Report
+    question: EnsembleQuestion, starts: np.ndarray, variants: Variants, report: TaskReport
 ) -> MemberOutcomes:
     """Return the outcomes of members whose bodies are in one order."""
     needs_single_run = (
@@ -166,7 +165,7 @@ def _outcomes_in_one_order(
     return MemberOutcomes.in_order(parts, [single_members, batch_members])
 
 
-def _run_batches(question: EnsembleQuestion, starts: np.ndarray, variants: Variants, report: Report) -> MemberOutcomes:
+def _run_batches(question: EnsembleQuestion, starts: np.ndarray, variants: Variants, report: TaskReport) -> MemberOutcomes:
     """Return the outcomes of members that are integrated in batches."""
     machine = question.machine
     horizon = Horizon.of(machine, RunSettings(), initial_state(machine, {}))
@@ -184,7 +183,7 @@ def _run_batches(question: EnsembleQuestion, starts: np.ndarray, variants: Varia
 
 
 def _screen_members(
-    question: EnsembleQuestion, starts: np.ndarray, variants: Variants, horizon: Horizon, report: Report
+    question: EnsembleQuestion, starts: np.ndarray, variants: Variants, horizon: Horizon, report: TaskReport
 ) -> tuple[MemberOutcomes, np.ndarray]:
     """Return the outcomes of the members that the screening decides, and the numbers of the other ones."""
     equations = member_equations(question, starts[:, 0])

@@ -14,13 +14,12 @@ from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.dynamics.run_ups.run_up_models import slow_model
 from wucht.dynamics.run_ups.run_variations import VariedQuantity, with_states
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
+from wucht.dynamics.work import TaskReport
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 
-Report = Callable[[float], None]  # called with the share that is done, 0 to 1; may raise ``KeyboardInterrupt``
 
-
-def subprogress(report: Report, begin: float, share: float) -> Report:
+def subprogress(report: TaskReport, begin: float, share: float) -> TaskReport:
     """Return the report of a part of the work, which begins when a share is done and is as large a share of all."""
     return lambda done: report(begin + share * done)
 

@@ -15,14 +15,13 @@ from wucht.dynamics.sampling.ensemble_run import member_advice, outcomes_at
 from wucht.dynamics.sampling.ensembles import (
     EnsembleQuestion,
     MemberOutcomes,
-    Report,
     Start,
     initial_states,
     omissions_among,
 )
 from wucht.dynamics.sampling.probability_bands import band
 from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES
-from wucht.dynamics.work import Work
+from wucht.dynamics.work import TaskReport, Work
 from wucht.schema import Parameter
 
 _PROBES = 64  # samples that are checked before the first run
@@ -135,7 +134,7 @@ class RandomRuns:
         outcomes = dict(work.units(tasks, f"{self.along.path} = {value:.4g}"))
         return MemberOutcomes.join([outcomes[name] for name in tiles])
 
-    def _outcomes_of_tile(self, value: float, samples: np.ndarray, report: Report) -> MemberOutcomes:
+    def _outcomes_of_tile(self, value: float, samples: np.ndarray, report: TaskReport) -> MemberOutcomes:
         return outcomes_at(self.question_at(value), self.start, self.quantities, samples, "study.random", report)
 
     def _advice(self, value: float, sample: np.ndarray) -> tuple[str | None, float | None]:
