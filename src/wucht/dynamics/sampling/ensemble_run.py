@@ -203,8 +203,7 @@ def _screen_members(
         outcome = np.where(has_failed, OUTCOMES.index(Outcome.FAILED), record.outcome).astype(np.int8)
         parts.append(MemberOutcomes(outcome, record.settling_time, np.sqrt(record.peak_distance_squared), ends.times))
         numbers.append(record.number[record.needs_classification & ~has_failed])
-        of_tile = variants.select(record.number)
-        leaving = parting_members(of_tile, quantities.system, quantities.parameter_values, outcome, ends.states, ends.times)
+        leaving = parting_members(variants.select(record.number), quantities, outcome, ends)
         numbers.append(record.number[leaving])
         failures |= {int(record.number[i]): reason for i, reason in ends.sentences.items()}
     outcomes = MemberOutcomes.join(parts)
