@@ -128,7 +128,7 @@ def outcomes_of(
         parts.append(_outcomes_in_one_order(question, of_members, variants, progress))
         numbers.append(members)
         done += len(members)
-    return MemberOutcomes.in_order(parts, numbers)
+    return MemberOutcomes.join_in_order(parts, numbers)
 
 
 def outcomes_at(
@@ -162,7 +162,7 @@ def _outcomes_in_one_order(
     if len(batch_members):
         subset = variants.select(batch_members).compact
         parts.append(_run_batches(question, starts[:, batch_members], subset, subprogress(report, share, 1 - share)))
-    return MemberOutcomes.in_order(parts, [single_members, batch_members])
+    return MemberOutcomes.join_in_order(parts, [single_members, batch_members])
 
 
 def _run_batches(question: EnsembleQuestion, starts: np.ndarray, variants: Variants, report: TaskReport) -> MemberOutcomes:

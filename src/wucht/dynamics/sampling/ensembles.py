@@ -90,7 +90,7 @@ class MemberOutcomes:
         return cls(**{name: np.concatenate([getattr(p, name) for p in parts]) for name in _ARRAYS}, failures=failures)
 
     @classmethod
-    def in_order(cls, parts: Sequence[MemberOutcomes], numbers: Sequence[np.ndarray]) -> MemberOutcomes:
+    def join_in_order(cls, parts: Sequence[MemberOutcomes], numbers: Sequence[np.ndarray]) -> MemberOutcomes:
         """Join the outcomes of parts of an ensemble, in the order of the numbers that the members of each have in it."""
         return cls.join(parts).select(np.argsort(np.concatenate(numbers)))
 

@@ -53,7 +53,7 @@ def classify_members(
             parts.append(_outcomes(ends))
         order.append(members)
         done += len(members)
-    return MemberOutcomes.in_order(parts, order)
+    return MemberOutcomes.join_in_order(parts, order)
 
 
 def _outcomes(ends: EnsembleResult[ObserverState]) -> MemberOutcomes:

@@ -118,7 +118,7 @@ class RandomRuns:
                 numbers = np.arange(count).reshape(REPLICATES, size)
                 first, rest = numbers[:, 0], numbers[:, 1:].ravel()
                 rest_members = self.outcomes(value, samples[:, rest], work.part("rest", 1 / size, 1.0))
-                point = self._counted_point(value, MemberOutcomes.in_order([first_members, rest_members], [first, rest]))
+                point = self._counted_point(value, MemberOutcomes.join_in_order([first_members, rest_members], [first, rest]))
         if not point.is_undecided:
             return point
         advice, needed_time = work.unit("advice", partial(self._advice, value, samples[:, :1]))
