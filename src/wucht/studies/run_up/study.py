@@ -178,8 +178,8 @@ class RunUp(SingleRun):
         name = ", ".join(f"{name} = {x:.6g}" for name, x in values.items() if x) or "all states 0"
         count = self.settings.runs
         samples = max((self.stored_samples or _MOST_SAMPLES) // count, 2)
-        settings = self.until, self.tolerance, self.engine
-        return EquationRun(name, values, None, subject, state, *settings, samples, _MOST_PLACES // count)
+        places = _MOST_PLACES // count
+        return EquationRun(name, values, None, subject, state, self.until, self.tolerance, self.engine, samples, places)
 
     def _fill(self, subject: Subject, runs: tuple[Run, ...], fills: tuple[Fill, ...], finished_count: int, a: Answer) -> None:
         """State the runs that are known."""
