@@ -143,8 +143,10 @@ class ScreeningObserver:
         outcome = np.where(is_decided, outcome, UNDECIDED_OUTCOME)
         settling_time, endings = np.full(len(outcome), np.nan), np.flatnonzero(outcome != UNDECIDED_OUTCOME)
         settling_time[endings] = _settling_time(np.take(envelopes, endings, axis=-1), times[-1], free[endings])
+        needs_nothing = np.zeros(len(outcome), bool)
+        record = MemberRecord(record.number, outcome, needs_nothing, peak_distance_squared, settling_time, envelopes)
         if index:
-            self._assign_to_attractors((outcome, settling_time, peak_distance_squared), samples, envelopes, times[-1], free)
+            self._assign_to_attractors(record, samples, times[-1], free)
         if is_final:
             hopeless = (outcome == UNDECIDED_OUTCOME) & self._is_hopeless(screening, last_half, envelopes, variants)
             hopeless &= self._last_changes[variants.machine_index] == 0
@@ -152,9 +154,7 @@ class ScreeningObserver:
         needs_classification = (outcome == UNDECIDED_OUTCOME) & (
             last | (not self.final and self._has_stalled(screening, index) & ~is_changing)
         )
-        record = MemberRecord(
-            record.number, outcome.astype(np.int8), needs_classification, peak_distance_squared, settling_time, envelopes
-        )
+        record = replace(record, outcome=outcome.astype(np.int8), needs_classification=needs_classification)
         return record, (outcome != UNDECIDED_OUTCOME) | needs_classification
 
     def final_record(self, record: MemberRecord) -> MemberRecord:
@@ -166,19 +166,9 @@ class ScreeningObserver:
         is_undecided = (screening.cycling | ~screening.nearing) & ~screening.has_settled
         return np.asarray(is_undecided & (index >= _WAIT_CHUNKS))
 
-    def _assign_to_attractors(
-        self,
-        results: tuple[np.ndarray, np.ndarray, np.ndarray],
-        samples: np.ndarray,
-        envelopes: np.ndarray,
-        end: float,
-        free: np.ndarray,
-    ) -> None:
-        """Fill in the results (M,) of those that stay near an attractor, by samples (K, v, M).
-
-        results: outcome, settling time, squared peak distance.
-        """
-        outcome, settling_time, peak_distance_squared = results
+    def _assign_to_attractors(self, record: MemberRecord, samples: np.ndarray, end: float, free: np.ndarray) -> None:
+        """Fill in what becomes of the members that stay near an attractor, by samples (K, v, M)."""
+        outcome, envelopes, peaks = record.outcome, record.envelopes, record.peak_distance_squared
         time_left = self.pace.end - end if self.final else math.inf
         speeds = np.array([envelopes[0, SAMPLES:].min(axis=0), envelopes[1, SAMPLES:].max(axis=0)])
         for attractor in self.attractors:
@@ -190,9 +180,9 @@ class ScreeningObserver:
             members = attractor.resident_members(self.quantities.points, samples, speeds, end / 2, candidates)
             outcome[members] = attractor.outcome
             arrival_time = _arrival_time(envelopes[..., members], end, attractor, free[members])
-            settling_time[members] = np.where(arrival_time <= end + time_left, arrival_time, np.nan)
+            record.settling_time[members] = np.where(arrival_time <= end + time_left, arrival_time, np.nan)
             if time_left or end / 2 >= attractor.period:
-                peak_distance_squared[members] = np.maximum(peak_distance_squared[members], attractor.peak_distance_squared)
+                peaks[members] = np.maximum(peaks[members], attractor.peak_distance_squared)
 
     @cached_property
     def _free_speeds(self) -> np.ndarray:
