@@ -135,6 +135,11 @@ class System:
         return tuple(s.name for s in self.states)
 
     @cached_property
+    def is_angle(self) -> tuple[bool, ...]:
+        """Whether each of the states, in order, is an angle."""
+        return tuple(s in self.angles for s in self.states)
+
+    @cached_property
     def depends_on_time(self) -> bool:
         """True if time itself occurs in the equations."""
         every = (*self.derivatives, *(expression for _, expression in self.definitions))

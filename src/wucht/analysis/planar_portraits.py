@@ -207,7 +207,7 @@ def system_axes(system: System) -> tuple[Axis, Axis]:
     if len(system.states) != 2:
         names = ", ".join(system.state_names)
         raise InputError("system.states", names, f"a phase portrait has two states, not {len(system.states)}")
-    turning = [s in system.angles for s in system.states]
+    turning = list(system.is_angle)
     a, b = (
         Axis(s.name, s.name, "rad" if turns else "", *((0.0, TURN) if turns else (math.nan, math.nan)))
         for s, turns in zip(system.states, turning, strict=True)

@@ -132,7 +132,7 @@ def _changes(
     motion = integrate(compiled_system, state, parameter_values, times).reraise_interrupt()
     if motion.has_ended:
         return None
-    is_angle = np.array([s in compiled_system.system.angles for s in compiled_system.system.states])
+    is_angle = np.array(compiled_system.system.is_angle)
     sizes = np.where(is_angle, 1.0, np.maximum(np.abs(motion.states).max(axis=1), _AT_REST))
     changes = []
     for i, j in zip(*parts, strict=True):

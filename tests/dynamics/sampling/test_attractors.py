@@ -13,12 +13,14 @@ import pytest
 import sympy as sp
 
 from wucht.dynamics.sampling import attractors as module
-from wucht.dynamics.sampling.attractors import Attractor, _attractor, _motion, _starts, _with_candidate
-from wucht.dynamics.sampling.ensemble_equations import embedded_states
+from wucht.dynamics.sampling.attractors import Attractor, _motion, _starts, _with_candidate
+from wucht.dynamics.sampling.member_quantities import MemberQuantities
 from wucht.files.building import machine_from
 
 PHI, SPEED = sp.symbols("phi speed", real=True)
 SYSTEM: Any = SimpleNamespace(states=(PHI, SPEED), angles={PHI})
+NONE: Any = None
+QUANTITIES = MemberQuantities(SYSTEM, NONE, NONE, 0, (0, 1))
 
 
 def circle(count: int, turns: float = 2.0, growth: float = 0.0) -> np.ndarray:
@@ -29,14 +31,14 @@ def circle(count: int, turns: float = 2.0, growth: float = 0.0) -> np.ndarray:
 
 def test_an_angle_is_embedded_by_its_cosine_and_sine() -> None:
     samples = np.array([[[0.5, 2.0], [10.0, 20.0]]])  # K = 1, two states, two members
-    points = embedded_states(SYSTEM, samples)
+    points = QUANTITIES.points(samples)
     assert points.shape == (1, 2, 3)
     assert points[0, 1] == pytest.approx([math.cos(2.0), math.sin(2.0), 20.0])
 
 
 def test_a_motion_that_comes_back_is_an_attractor() -> None:
     """Its points are shares of its sizes; the reach is twice the gap between neighbours of the two rounds."""
-    made = _attractor(4, circle(401), (1, 8.0, 12.0, 0.5, 0.25))
+    made = Attractor.of(circle(401), 4, 1, (8.0, 12.0), 0.5, 0.25)
     assert made is not None
     assert (made.outcome, made.sense, made.low, made.high, made.period, made.peak_distance_squared) == (
         4,
@@ -49,18 +51,18 @@ def test_a_motion_that_comes_back_is_an_attractor() -> None:
     assert made.sizes == pytest.approx([3.0, 0.5], rel=1e-3) and np.abs(made.points).max(axis=0).tolist() == [1.0, 1.0]
     apart = 2 * math.pi * 2 / 401
     assert made.reach == pytest.approx(2 * apart / 2, rel=0.02), "the rounds are shifted by half a step"
-    dense = _attractor(4, circle(15_000), (1, 8.0, 12.0, 0.5, 0.25))
+    dense = Attractor.of(circle(15_000), 4, 1, (8.0, 12.0), 0.5, 0.25)
     assert dense is not None and dense.reach == 1e-3, "the least one"
-    assert made.embedded_points[5, 0] == pytest.approx(circle(401)[5])
+    assert made.member_points[5, 0] == pytest.approx(circle(401)[5])
 
 
 def test_a_motion_that_does_not_come_back_is_none() -> None:
     """The second round is away by 7 %, or by 3 %, of the size."""
-    numbers = (1, 8.0, 12.0, 0.5, 0.25)
-    assert _attractor(4, circle(401, growth=0.02), numbers) is None
-    assert _attractor(4, circle(401, growth=0.002), numbers) is not None
+    numbers = (4, 1, (8.0, 12.0), 0.5, 0.25)
+    assert Attractor.of(circle(401, growth=0.02), *numbers) is None
+    assert Attractor.of(circle(401, growth=0.002), *numbers) is not None
     half = circle(401, turns=1.0)
-    assert _attractor(4, half, numbers) is None, "the halves of a round are not near each other"
+    assert Attractor.of(half, *numbers) is None, "the halves of a round are not near each other"
 
 
 def attractor(sense: int = 1, period: float = 2.0) -> Attractor:
@@ -76,17 +78,16 @@ def test_members_that_stay_near_it_and_move_along_it(sense: int) -> None:
     on, off = np.stack([phase, 10.0 + np.sin(phase)]), np.stack([phase, 10.5 + np.sin(phase)])
     samples = np.stack([on, on, on, on, off, on, on], axis=-1).transpose(1, 0, 2)
     speeds = sense * np.array([[9.0, 8.85, 9.0, 9.2, 9.0, 8.81, 9.9], [11.0, 11.0, 11.15, 11.01, 11.0, 11.19, 10.0]])
-    equations: Any = SimpleNamespace(system=SYSTEM)
     everyone = np.arange(7)
-    assert attractor(sense).resident_members(equations, np.asarray, samples, speeds, 2.0, everyone).tolist() == [0, 1, 2, 3, 5]
-    assert attractor(sense).resident_members(equations, np.asarray, samples, speeds, 2.0, np.array([5, 4, 2])).tolist() == [
+    assert attractor(sense).resident_members(QUANTITIES.points, samples, speeds, 2.0, everyone).tolist() == [0, 1, 2, 3, 5]
+    assert attractor(sense).resident_members(QUANTITIES.points, samples, speeds, 2.0, np.array([5, 4, 2])).tolist() == [
         5,
         2,
     ]
     speeds[:, 1], speeds[:, 2] = sense * np.array([8.79, 11.0]), sense * np.array([9.0, 11.21])
     speeds[:, 3] = sense * np.array([9.3, 11.0])
-    assert attractor(sense).resident_members(equations, np.asarray, samples, speeds, 2.0, everyone).tolist() == [0, 5]
-    assert attractor(sense).resident_members(equations, np.asarray, samples, speeds, 1.9, everyone).tolist() == [0, 3, 5]
+    assert attractor(sense).resident_members(QUANTITIES.points, samples, speeds, 2.0, everyone).tolist() == [0, 5]
+    assert attractor(sense).resident_members(QUANTITIES.points, samples, speeds, 1.9, everyone).tolist() == [0, 3, 5]
 
 
 def test_near_in_all_of_its_states() -> None:
@@ -110,7 +111,7 @@ def test_the_same_modulation_is_one_attractor_with_the_points_of_both() -> None:
         one.high,
         again.peak_distance_squared,
     )
-    assert merged.is_near(one.embedded_points).all() and merged.is_near(again.embedded_points).all()
+    assert merged.is_near(one.member_points).all() and merged.is_near(again.member_points).all()
     everything = np.concatenate([one.points, again.points])
     distances = np.linalg.norm(everything[:, None] - merged.points, axis=-1).min(axis=1)
     assert 200 < len(merged.points) < len(everything), "of points that are near to each other one is kept"

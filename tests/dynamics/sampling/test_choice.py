@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from wucht.dynamics.sampling.choice import Contest, Line, Scores, nearest_cliff
+from wucht.dynamics.sampling.choice import Contest, Scores, nearest_cliff
 
 Place = tuple[float, ...]
 
@@ -67,13 +67,13 @@ def test_a_tenth_more_failing_samples_are_a_loss(failing: int, is_lost: bool) ->
 def test_the_nearest_cliff_is_that_of_the_smallest_ratio() -> None:
     """A quarter of the value is farther than three times it, though 75 % are less than 200 %."""
     made = scores([1.0], [1.5], [9.0], [9.0], [1.0])
-    lines = [Line("a", [3.0, 1.0], [1, 2]), Line("a", [12.0], [3]), Line("b", [7.0], [4])]
-    cliff = nearest_cliff(made, 0, {"a": 4.0, "b": 5.0}, lines)
+    values, sides = [[4.0, 5.0], [3.0, 5.0], [1.0, 5.0], [12.0, 5.0], [4.0, 7.0]], [(0, [1, 2]), (0, [3]), (1, [4])]
+    cliff = nearest_cliff(made, 0, "ab", values, sides)
     assert cliff is not None and (cliff.parameter, cliff.inside, cliff.value, cliff.cost) == ("a", 4.0, 12.0, 9.0)
     assert cliff.distance == 2.0
-    below = nearest_cliff(made, 0, {"a": 4.0, "b": 5.0}, lines[:1])
+    below = nearest_cliff(made, 0, "ab", values, sides[:1])
     assert below is not None and (below.inside, below.value, below.distance) == (3.0, 1.0, -0.75)
-    assert nearest_cliff(made, 0, {"a": 4.0, "b": 5.0}, lines[2:]) is None
+    assert nearest_cliff(made, 0, "ab", values, sides[2:]) is None
 
 
 # --- known optima ---

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.dynamics.sampling import attractors, ensembles
+from wucht.dynamics.sampling import ensembles
 from wucht.dynamics.sampling.attractors import Attractor
 from wucht.dynamics.sampling.ensembles import MemberOutcomes, run_possible
 from wucht.dynamics.sampling.screening_observer import (
@@ -151,14 +151,13 @@ def test_a_member_arrives_where_it_stays_in_the_range_and_a_period_later(sense: 
     ],
 )  # fmt: skip
 def test_who_goes_through_the_range_of_its_speed_stays_near_it(
-    monkeypatch: pytest.MonkeyPatch, sense: int, low: float, high: float, duration: float, stays: bool
+    sense: int, low: float, high: float, duration: float, stays: bool
 ) -> None:
     """Half of the range in less than a period, nine tenths in more; and no more than a tenth of it outside."""
-    monkeypatch.setattr(attractors, "embedded_states", lambda system, states: np.moveaxis(states, 1, 2))
     samples = np.tile(np.array([[5.0, 10.5, 0.0], [0.0, 0.0, 0.5]]), (40, 1, 1))
     speeds = np.sort(sense * np.array([low, high]))[:, None] * np.ones(3)
-    equations: Any = SimpleNamespace(system=None)
-    found = attractor(sense=sense).resident_members(equations, np.asarray, samples, speeds, duration, np.array([1, 2, 0]))
+    candidates = np.array([1, 2, 0])
+    found = attractor(sense=sense).resident_members(lambda x: np.moveaxis(x, 1, 2), samples, speeds, duration, candidates)
     assert found.tolist() == ([1] if stays else []), "the second is 0.05 of its sizes away, the others half and a quarter"
 
 

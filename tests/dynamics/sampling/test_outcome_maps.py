@@ -10,7 +10,7 @@ import pytest
 
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_variations import start_states, varied_quantity
-from wucht.dynamics.sampling.ensembles import EnsembleQuestion
+from wucht.dynamics.sampling.ensembles import EnsembleQuestion, initial_states
 from wucht.dynamics.sampling.outcome_maps import MapAxis, OutcomeMap
 from wucht.dynamics.sampling.outcome_runs import OutcomeRuns
 from wucht.dynamics.work import Work
@@ -36,7 +36,8 @@ def outcome_map(machine: Machine, axes: dict[str, Any], start: dict[str, Any] | 
 def starts_of(map_: OutcomeMap) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """The initial states and parameters in the first four cells."""
     assert isinstance(map_.runs, OutcomeRuns)
-    return map_.runs.starts(map_.quantities, map_.places(0, np.arange(4)))
+    question, start, places = map_.runs.question, map_.runs.start, map_.places(0, np.arange(4))
+    return initial_states(question.machine, start, map_.quantities, places, "study.axes")
 
 
 @pytest.mark.parametrize(

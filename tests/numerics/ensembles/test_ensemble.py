@@ -351,7 +351,7 @@ def test_memory_does_not_grow_with_the_count() -> None:
 
         def part(self, first: int, last: int) -> Members:
             rates = np.linspace(0.1, 2.0, len(self))[first:last]
-            part = Members(np.ones((last - first, 1)), rates[:, None])
+            part = Members.of(np.ones((last - first, 1)), rates[:, None])
             self.made.append(weakref.ref(part))
             self.most = max(self.most, sum(held() is not None for held in self.made))
             return part

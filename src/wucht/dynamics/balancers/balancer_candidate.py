@@ -17,7 +17,8 @@ from wucht.dynamics.balancers.candidates import (
 )
 from wucht.dynamics.balancers.damping_optimum import compensated_state
 from wucht.dynamics.balancers.recommendation import BALANCED_SHARE, CHECK_SAMPLES, CHECK_STREAM, Design, failing_shares
-from wucht.dynamics.sampling.ensembles import Report, subprogress
+from wucht.dynamics.sampling.ensembles import subprogress
+from wucht.dynamics.work import TaskReport
 from wucht.errors import InputError
 
 _RUNS = 0.8  # of the progress of a check; the rest are steady states
@@ -82,7 +83,7 @@ class BalancerCandidate:
             return np.asarray(np.nan_to_num(abs(self.objectives - ours.objectives[0]) / tolerances, nan=np.inf))
 
 
-def verify_candidate(trials: BalancerTrials, numbers: np.ndarray, report: Report) -> tuple[CandidateResults, str]:
+def verify_candidate(trials: BalancerTrials, numbers: np.ndarray, report: TaskReport) -> tuple[CandidateResults, str]:
     """Check a candidate (k,) in the full equations, from other phases: the search has adapted it to those of its runs.
 
     Its residual is the least of a stable state, at the worse end of the unbalances; nan: there is none, or it cannot be

@@ -13,10 +13,10 @@ import numpy as np
 from wucht.analysis.vibration import unbalances
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.sampling.ensemble_run import outcomes_of
-from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, Report
+from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes
 from wucht.dynamics.sampling.searches import Variable, balancer_names, values_at
 from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES, OUTCOMES, RESONANCE_PASSED, Outcome
-from wucht.dynamics.work import Work
+from wucht.dynamics.work import TaskReport, Work
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Body, Drive, Load
@@ -302,7 +302,7 @@ def evaluate_candidates(
 
 
 def evaluate_batch(
-    trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, report: Report
+    trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, report: TaskReport
 ) -> CandidateResults:
     """Evaluate candidates (P, k) of the variables in one ensemble of runs."""
     unknown = CandidateResults.unknown(len(numbers), numbers.shape[1], trials.samples)
@@ -320,7 +320,7 @@ def evaluate_batch(
 
 
 def _runs_of_candidates(
-    trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, report: Report
+    trials: BalancerTrials, model: Literal["full", "slow"], numbers: np.ndarray, report: TaskReport
 ) -> list[tuple[int, Machine, MemberOutcomes]]:
     """Return index, machine and runs of each candidate (P, k) that the machine's parts allow."""
     m = trials.samples

@@ -12,9 +12,9 @@ import numpy as np
 from wucht.analysis.time_constants import run_up_time
 from wucht.dynamics.balancers.candidates import BalancerTrials, CandidateResults, candidates_a_unit, evaluate_batch
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.sampling.choice import Cliff, Contest, Line, Scores, nearest_cliff
+from wucht.dynamics.sampling.choice import Cliff, Contest, Scores, nearest_cliff
 from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES, OUTCOMES, Outcome
-from wucht.dynamics.work import Work
+from wucht.dynamics.work import TaskReport, Work
 from wucht.machines.changes import last_change
 from wucht.machines.machine import Machine
 
@@ -208,10 +208,8 @@ def _lines(trials: BalancerTrials, design: Design, steps: Sequence[float]) -> li
 def _cliff(
     trials: BalancerTrials, chosen: Design, sides: Sequence[tuple[int, list[Design]]], line: Contest[Design]
 ) -> Cliff | None:
-    names = [v.name for v in trials.variables]
-    place = line.candidates.index
-    lines = [Line(names[k], [d.numbers[k] for d in designs], [place(d) for d in designs]) for k, designs in sides]
-    return nearest_cliff(line.scores, place(chosen), dict(zip(names, chosen.numbers, strict=True)), lines)
+    names, values, place = [v.name for v in trials.variables], [d.numbers for d in line.candidates], line.candidates.index
+    return nearest_cliff(line.scores, place(chosen), names, values, [(k, list(map(place, designs))) for k, designs in sides])
 
 
 def motor_time(machine: Machine, start: Mapping[str, Any]) -> float:

@@ -79,7 +79,7 @@ class OrbitProblem:
     @property
     def turning(self) -> np.ndarray:
         """Mask of the states that are angles (n,)."""
-        return np.array([s in self.system.angles for s in self.system.states])
+        return np.array(self.system.is_angle)
 
     @property
     def width(self) -> float:

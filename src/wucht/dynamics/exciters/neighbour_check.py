@@ -10,7 +10,7 @@ import numpy as np
 from wucht.dynamics.exciters.design_search import beating_runs
 from wucht.dynamics.exciters.design_trials import CheckedCandidate, DesignTrials, check_candidate
 from wucht.dynamics.exciters.slow_beats import MOTIONS
-from wucht.dynamics.sampling.choice import Cliff, Contest, Line, Scores, nearest_cliff
+from wucht.dynamics.sampling.choice import Cliff, Contest, Scores, nearest_cliff
 from wucht.dynamics.work import Work
 from wucht.fatigue.counted_cycles import LoadCycles
 
@@ -70,9 +70,8 @@ def end_of_beating(trials: DesignTrials, target: LoadCycles, numbers: np.ndarray
     designs = [design, *(d for _, side in sides for d in side)]
     results = work.unit("cliff", partial(trials.evaluate, np.array(designs), target, lambda _: None))
     failing = (results.motion != MOTIONS.index("modulated"))[:, None]
-    lines = [Line(names[k], [d[k] for d in side], [designs.index(d) for d in side]) for k, side in sides]
     scores = Scores(np.zeros(failing.shape), failing)
-    return nearest_cliff(scores, 0, dict(zip(names, design, strict=True)), lines, ratio=None)
+    return nearest_cliff(scores, 0, names, designs, [(k, list(map(designs.index, side))) for k, side in sides], ratio=None)
 
 
 def _round_values(numbers: Sequence[float] | np.ndarray) -> Design:

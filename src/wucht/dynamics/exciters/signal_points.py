@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.dynamics.sampling.choice import Cliff, Line, Scores, nearest_cliff, sides_on_grid
+from wucht.dynamics.sampling.choice import Cliff, Scores, Sides, nearest_cliff, sides_on_grid
 
 NEAR = 0.05  # relative to a value: a cliff within it is near, as tolerances of a motor are of that size
 
@@ -36,15 +36,14 @@ def best_index(points: Sequence[SignalPoint]) -> int | None:
     return int(_scores(points).order[0])
 
 
-def neighbours_of(points: Sequence[SignalPoint], k: int) -> list[tuple[int, list[int]]]:
-    """Return the indices of the points on each side of one along each axis, as (axis, indices), the nearest first."""
+def neighbours_of(points: Sequence[SignalPoint], k: int) -> Sides:
+    """Return the sides of a point."""
     return sides_on_grid(np.array([p.values for p in points]), k)
 
 
 def cliff_at(points: Sequence[SignalPoint], k: int, paths: Sequence[str]) -> Cliff | None:
     """Return the nearest value beside a point at which its signal is lost: less than half of it. paths: of the axes."""
-    lines = [Line(paths[axis], [points[i].values[axis] for i in beside], beside) for axis, beside in neighbours_of(points, k)]
-    return nearest_cliff(_scores(points), k, dict(zip(paths, points[k].values, strict=True)), lines)
+    return nearest_cliff(_scores(points), k, paths, [p.values for p in points], neighbours_of(points, k))
 
 
 def safe_index(points: Sequence[SignalPoint], paths: Sequence[str]) -> int | None:

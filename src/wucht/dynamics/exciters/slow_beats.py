@@ -96,7 +96,7 @@ def _find_repetition(
     """Run until the motion repeats itself: time, period, and one period of it at the middles of equal parts."""
     system, parameters = averaged_equations.system, averaged_equations.values()
     compiled_system = compile_system(system, tolerance)
-    turning = np.array([s in system.angles for s in system.states])
+    turning = np.array(system.is_angle)
     slowest = min(f for f in natural_frequencies(averaged_equations.machine).values() if f > 0)
     span, done = _FIRST_TURNS * 2 * np.pi / slowest, 0.0
     for _ in range(_RUNS):

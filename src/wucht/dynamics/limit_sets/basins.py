@@ -12,19 +12,20 @@ G. Datseris, A. Wagemakers, "Effortless estimation of basins of attraction", Cha
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from wucht.dynamics.limit_sets.conservation import CONSERVATIVE, preserves_volume
 from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind, StateMetric, whole_periods
-from wucht.dynamics.limit_sets.long_run import LongRunSettings, long_run
+from wucht.dynamics.limit_sets.long_run import long_run
 from wucht.dynamics.limit_sets.resting_states import RestPoints, equilibrium_near, rests, state_extents
+from wucht.dynamics.work import TaskReport
 from wucht.errors import WuchtError
 from wucht.machines.subject import Subject
 from wucht.numerics.ensembles.ensemble import compile_ensemble, run_ensemble
 from wucht.numerics.ensembles.members import Chunk, Members, Pace, Status
+from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE
 
 NOT_SETTLED, DIVERGES, FAILED, NEUTRAL = -1, -2, -3, -4  # members that tend to no known set
 _RESTS = -5  # a member at rest, before its equilibrium is known
@@ -41,8 +42,6 @@ _LEADS = 0.5  # times the distance from an equilibrium: a step of Newton's metho
 _BEYOND = 1e6  # times the largest start, at least 1: a member that comes so far diverges
 _LEFT = "it came near to no known set, and of the starts that were followed alone too many had no result"
 _FAMILY = "it ends on one of a family of motions, which neither attract nor repel their neighbours"
-
-Report = Callable[[float], None]  # the share that is done
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,17 +66,19 @@ class StartOutcomes:
 def start_outcomes(
     subject: Subject,
     starts: np.ndarray,
-    settings: LongRunSettings,
-    report: Report | None = None,
+    until: float | None = None,
+    tolerance: float = DEFAULT_TOLERANCE,
+    report: TaskReport | None = None,
     known_sets: tuple[LimitSet, ...] = (),
 ) -> StartOutcomes:
-    """Return where the runs from starts (n, M) end. known_sets: attractors of these equations, which keep their numbers.
+    """Return where the runs from starts (n, M) end.
 
-    Raises ``WuchtError`` where the equations preserve volume, or all runs that are followed first end on families of motions.
+    until, tolerance: as of ``long_run``. known_sets: attractors of these equations, which keep their numbers. Raises
+    ``WuchtError`` where the equations preserve volume, or all runs that are followed first end on families of motions.
     """
     if preserves_volume(subject):
         raise WuchtError(CONSERVATIVE, code="conservative")
-    search = _Search(subject, starts, settings, report or (lambda _: None), known_sets)
+    search = _Search(subject, starts, until, tolerance, report or (lambda _: None), known_sets)
     search.survey()
     while len(search.open_members):
         search.advance()
@@ -92,14 +93,16 @@ class _Search:
         self,
         subject: Subject,
         starts: np.ndarray,
-        settings: LongRunSettings,
-        report: Report,
+        until: float | None,
+        tolerance: float,
+        report: TaskReport,
         known_sets: tuple[LimitSet, ...],
     ) -> None:
-        self.subject, self.starts, self.states, self.settings, self.report = subject, starts, starts.copy(), settings, report
-        self.labels = np.full(starts.shape[1], NOT_SETTLED)
+        self.subject, self.starts, self.states = subject, starts, starts.copy()
+        self.until, self.tolerance, self.report = until, tolerance, report
+        self.turning, self.labels = np.array(subject.system.is_angle), np.full(starts.shape[1], NOT_SETTLED)
         self.open_members = np.arange(starts.shape[1])
-        self.rest_points = None if subject.system.depends_on_time else RestPoints.of(subject, settings.tolerance)
+        self.rest_points = None if subject.system.depends_on_time else RestPoints.of(subject, tolerance)
         self.sets, self.reasons, self.span, self.alone, self.unsettled = list(known_sets), dict[int, str](), 0.0, 0, 0
 
     def survey(self) -> None:
@@ -131,8 +134,10 @@ class _Search:
         """Follow a member alone. Returns true if it settles on a set with a basin."""
         self.open_members = self.open_members[self.open_members != member]
         try:
-            settings = replace(self.settings, exponent_accuracy=_EXPONENT_ACCURACY)
-            run = long_run(self.subject, self.states[:, member], settings, lambda _time: self._tell())
+            run = long_run(
+                self.subject, self.states[:, member], self.until, self.tolerance,
+                exponent_accuracy=_EXPONENT_ACCURACY, report=lambda _time: self._tell(),
+            )  # fmt: skip
         except WuchtError as error:
             self.labels[member], self.reasons[member] = FAILED, str(error)
             return False
@@ -162,19 +167,18 @@ class _Search:
 
     def advance(self) -> None:
         """Run all members without a label together, until each is near to a known set or at rest, or the time is over."""
-        ensemble = compile_ensemble(self.subject.system, self.settings.tolerance, (), self.settings.engine)
+        ensemble = compile_ensemble(self.subject.system, self.tolerance)
         chunk, values = self._chunk(), self.subject.system.values(self.subject.values)
         pace = Pace(chunk, _SAMPLES, chunk * max(_CHUNKS, math.ceil(self.span / chunk)))
         members = Members.of(self.states[:, self.open_members].T, values)
         farthest = _BEYOND * max(1.0, float(np.abs(self.starts).max(initial=0.0)))
-        turning = np.array([s in ensemble.system.angles for s in ensemble.system.states])
-        observer = _SetObserver(tuple(self.sets), farthest, turning, chunk, self.rest_points)
+        observer = _SetObserver(tuple(self.sets), farthest, self.turning, chunk, self.rest_points)
         result = run_ensemble(ensemble, members, observer, pace, report=lambda _share: self._tell())
         ids, self.states[:, self.open_members] = self.open_members, result.states.T
         self.labels[ids] = result.record.label
         self.open_members = ids[result.status == Status.LIMIT]
         for k in np.flatnonzero(result.status == Status.FAILED).tolist():
-            run = long_run(self.subject, result.states[k], LongRunSettings(2 * chunk, self.settings.tolerance))
+            run = long_run(self.subject, result.states[k], 2 * chunk, self.tolerance)
             self.labels[ids[k]] = DIVERGES if run.kind is MotionKind.DIVERGES else FAILED
             if run.kind is not MotionKind.DIVERGES:
                 self.reasons[int(ids[k])] = result.sentences[k]
@@ -183,16 +187,14 @@ class _Search:
 
     def _label_resting(self, members: np.ndarray, ranges: np.ndarray) -> None:
         """Label members at rest by their equilibria, those at one of them together. ranges (n, R): of their states."""
-        turning = np.array([s in self.subject.system.angles for s in self.subject.system.states])
         while len(members) and self.rest_points is not None:
-            first, tolerance = self.states[:, members[0]], self.settings.tolerance
-            metric = StateMetric.of(self.subject, state_extents(ranges[:, 0], first, turning, tolerance))
-            equilibrium = equilibrium_near(self.subject, first, metric.sizes, tolerance)
-            if equilibrium is None:  # Newton's method leads elsewhere: it is followed alone
+            first = self.states[:, members[0]]
+            metric = StateMetric.of(self.subject, state_extents(ranges[:, 0], first, self.turning, self.tolerance))
+            limit_set = equilibrium_near(self.subject, first, metric, self.tolerance)
+            if limit_set is None:  # Newton's method leads elsewhere: it is followed alone
                 self.open_members = np.union1d(self.open_members, members[:1])
                 members, ranges = members[1:], ranges[:, 1:]
                 continue
-            limit_set = LimitSet.at(equilibrium, np.zeros(1), metric)
             ends = self.rest_points.newton_points(self.states[:, members])
             together = limit_set.distances(np.zeros(len(members)), ends) <= _SAME_REST
             together[0] = True

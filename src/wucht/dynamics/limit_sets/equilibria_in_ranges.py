@@ -29,7 +29,7 @@ def equilibria_in_ranges(
     equations = EquilibriumEquations.from_system(system, (), values, scale)
     points = deflated_solutions(equations, (), random_starts(low, high, SEARCHES))
     room = _OUTSIDE * (high - low)
-    turning = np.array([s in system.angles for s in system.states])
+    turning = np.array(system.is_angle)
     points = np.where(turning[:, None], np.remainder(points, TURN), points)
     inside = ((points >= (low - room)[:, None]) & (points <= (high + room)[:, None])) | turning[:, None]
     points = points[:, inside.all(axis=0)]

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 import sympy as sp
 
-from wucht.dynamics.limit_sets.resting_states import RestingState
 from wucht.dynamics.verdicts.outcomes import LabelWithSentence
 from wucht.errors import WuchtError
 from wucht.machines.subject import Subject
@@ -61,7 +60,7 @@ class StateMetric:
     @classmethod
     def of(cls, subject: Subject, extents: np.ndarray) -> Self:
         """Build the metric of equations from the extent (n,) of the motion in each state."""
-        turning = np.array([s in subject.system.angles for s in subject.system.states])
+        turning = np.array(subject.system.is_angle)
         largest = float(np.where(turning, 0.0, extents).max(initial=0.0)) or 1.0
         sizes = np.where(turning, 1.0, np.where(extents > 0, extents, largest))
         period = forcing_period(subject.system, subject.values)
@@ -117,12 +116,6 @@ class LimitSet:
     exponent: LyapunovExponent | None = None
     gap: float = 0.0
 
-    @classmethod
-    def at(cls, equilibrium: RestingState, times: np.ndarray, metric: StateMetric) -> Self:
-        """Build the limit set of an equilibrium. times: (1,)."""
-        state, eigenvalues = equilibrium.state[:, None], equilibrium.eigenvalues
-        return cls(MotionKind.EQUILIBRIUM, times, state, metric, equilibrium.attracts, eigenvalues=eigenvalues)
-
     @property
     def has_eigenvalues(self) -> bool:
         """True of an equilibrium of equations that do not depend on time: its state is exact."""
@@ -163,7 +156,7 @@ class LimitSet:
     @cached_property
     def reach(self) -> float:
         """How near to its samples another motion must be."""
-        return max(_TIGHT, _LOOSE * self.gap)
+        return reach_of(self.gap)
 
     @cached_property
     def _tree(self) -> KDTree:
@@ -196,6 +189,19 @@ class LimitSet:
         reach = max(self.reach, second.reach)
         pairs = ((self, second), (second, self))
         return all((a.distances(b.times, b.states) <= reach).mean() >= _NEIGHBOURS for a, b in pairs)
+
+
+def gap_of_halves(points: np.ndarray, share: float = 1.0) -> float:
+    """Return by how much the halves of points (P, d) along a motion are apart: such a share of each are as near."""
+    from scipy.spatial import KDTree
+
+    first, second = np.array_split(points, 2)
+    return max(float(np.quantile(KDTree(a).query(b)[0], share)) for a, b in ((first, second), (second, first)))
+
+
+def reach_of(gap: float) -> float:
+    """Return how near to samples of a motion another one must be to be on the same set, by how far these are apart."""
+    return max(_TIGHT, _LOOSE * gap)
 
 
 def forcing_period(system: System, values: dict[str, float] | object) -> float | None:

@@ -9,8 +9,8 @@ from functools import cached_property
 
 import numpy as np
 
-from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind
-from wucht.dynamics.limit_sets.resting_states import RestingState, equilibrium_near, state_extents
+from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind, StateMetric
+from wucht.dynamics.limit_sets.resting_states import equilibrium_near, state_extents
 from wucht.dynamics.limit_sets.settled_motion import RunSegment, settled_motion
 from wucht.errors import RunError
 from wucht.files.user_system import UserSystem
@@ -35,33 +35,6 @@ Heartbeat = Callable[[float], None]  # called with the time reached; may raise `
 _SETTLED_SHARE = 1.2  # of its settling time: a motion is shown until then
 
 
-@dataclass(frozen=True)
-class LongRunSettings:
-    """How long a run is, and how it is integrated.
-
-    Parameters
-    ----------
-    until : float, optional
-        The end of the run; None: until it is known what the motion tends to.
-    tolerance : float
-    engine : str, optional
-        As in ``compile_system``.
-    exponent_accuracy : float
-        Half the width of the interval of a positive Lyapunov exponent, relative to it, that is aimed at.
-    first_leg : float, optional
-        The time of the first leg without a given end; by default a multiple of that in which the states change.
-    legs : int
-        The largest number of legs without a given end: each is as long as all before it.
-    """
-
-    until: float | None = None
-    tolerance: float = DEFAULT_TOLERANCE
-    engine: str | None = None
-    exponent_accuracy: float = 0.02
-    first_leg: float | None = None
-    legs: int = 13
-
-
 @dataclass(frozen=True, eq=False)
 class LongRun:
     """A run and what its motion tends to.
@@ -78,7 +51,7 @@ class LongRun:
     engine : str
     failure : str, optional
         Why the integration failed.
-    start_equilibrium : RestingState, optional
+    start_equilibrium : LimitSet, optional
         On which the start lies, but for rounding.
     """
 
@@ -88,7 +61,7 @@ class LongRun:
     limit_set: LimitSet | None = None
     engine: str = ""
     failure: str | None = None
-    start_equilibrium: RestingState | None = None
+    start_equilibrium: LimitSet | None = None
 
     @property
     def end_time(self) -> float:
@@ -124,25 +97,50 @@ class LongRun:
 def long_run(
     subject: Subject,
     start: np.ndarray,
-    settings: LongRunSettings = LongRunSettings(),
+    until: float | None = None,
+    tolerance: float = DEFAULT_TOLERANCE,
+    engine: str | None = None,
+    *,
+    exponent_accuracy: float = 0.02,
+    first_leg: float | None = None,
+    legs: int = 13,
     report: Heartbeat | None = None,
     earlier_states: np.ndarray | None = None,
 ) -> LongRun:
-    """Run from a state (n,) at time zero.
+    """Run from a state at time zero until it is known what the motion tends to.
 
-    The run is doubled until it is known what the motion tends to, or its legs are used up; with a given end, until that. What a
-    shorter record has shown stands until a longer one shows something else. earlier_states: (n, K), of the motion before its
-    start; how far a state has moved is told by them too.
+    The run is doubled until then, or its legs are used up; with a given end, until that. What a shorter record has shown stands
+    until a longer one shows something else.
+
+    Parameters
+    ----------
+    subject : Subject
+    start : ndarray, (n,)
+    until : float, optional
+        The end of the run; None: until it is known what the motion tends to.
+    tolerance : float
+    engine : str, optional
+        As of ``compile_system``.
+    exponent_accuracy : float
+        Half the width of the interval of a positive Lyapunov exponent, relative to it, that is aimed at.
+    first_leg : float, optional
+        The time of the first leg without a given end; by default a multiple of that in which the states change.
+    legs : int
+        The largest number of legs without a given end: each is as long as all before it.
+    report : callable, optional
+        Called with the time reached; may raise ``KeyboardInterrupt``.
+    earlier_states : ndarray, (n, K), optional
+        Of the motion before its start; how far a state has moved is told by them too.
     """
     system, start = replace(subject.system, outputs=(), quadratures=()), np.asarray(start, float)
     bare = UserSystem(system, {name: subject.values[name] for name in system.parameter_names}, subject.title)
-    record = _Record(bare, compile_system(bare.system, settings.tolerance, (), settings.engine), start, report)
+    record = _Record(bare, compile_system(bare.system, tolerance, (), engine), start, report)
     if earlier_states is not None:
         record.extend_ranges(earlier_states)
-    length, count = settings.first_leg or record.first_span, settings.legs
-    if settings.until is not None:
-        halvings = min(max(1, math.ceil(math.log2(settings.until / length))), _MOST_HALVINGS)
-        length, count = settings.until / 2**halvings, halvings + 1
+    length, count = first_leg or record.first_span, legs
+    if until is not None:
+        halvings = min(max(1, math.ceil(math.log2(until / length))), _MOST_HALVINGS)
+        length, count = until / 2**halvings, halvings + 1
     limit_set: LimitSet | None = None
     for number in range(count):
         if failure := record.advance(length if number < _FEWEST_LEGS else record.time):
@@ -152,9 +150,9 @@ def long_run(
         if record.is_beyond(record.state):
             return record.run(MotionKind.DIVERGES)
         # The verdict of a shorter record stands where a longer one has none.
-        accuracy = settings.exponent_accuracy if limit_set is None or number + 1 == count else None
+        accuracy = exponent_accuracy if limit_set is None or number + 1 == count else None
         limit_set = settled_motion(bare, record.compiled_system, record.segment(), accuracy) or limit_set
-        if limit_set is not None and settings.until is None:
+        if limit_set is not None and until is None:
             break
     return record.run(MotionKind.NOT_SETTLED if limit_set is None else limit_set.kind, limit_set)
 
@@ -165,7 +163,7 @@ class _Record:
     def __init__(self, bare: Subject, compiled_system: CompiledSystem, start: np.ndarray, report: Heartbeat | None) -> None:
         self.compiled_system, self._values, self._report = compiled_system, bare.system.values(bare.values), report
         self._start, self._legs, self._low, self._high = start, list[Trajectory](), start, start
-        self._turning = np.array([s in bare.system.angles for s in bare.system.states])
+        self._turning = np.array(bare.system.is_angle)
         self.time, self.state, self._engine = 0.0, start, compiled_system.engine_name
         self.start_equilibrium, self.first_span = _first_span(bare, start, compiled_system.tolerance)
 
@@ -227,7 +225,7 @@ class _Record:
         return self.run(MotionKind.FAILED, failure=last.failure)
 
 
-def _first_span(bare: Subject, start: np.ndarray, tolerance: float) -> tuple[RestingState | None, float]:
+def _first_span(bare: Subject, start: np.ndarray, tolerance: float) -> tuple[LimitSet | None, float]:
     """Return a multiple of the time in which states change as much as they are large, or disturbances of a start at rest.
 
     With the equilibrium on which the start lies, but for rounding.
@@ -238,10 +236,12 @@ def _first_span(bare: Subject, start: np.ndarray, tolerance: float) -> tuple[Res
         fastest = float(np.nan_to_num(np.abs(rates) / sizes, posinf=0.0).max())
     nearest = None
     if fastest <= _ROUNDING and not system.depends_on_time:
-        nearest = equilibrium_near(bare, start, sizes, tolerance)
-        if nearest is not None and (np.abs(nearest.state - start) > _ROUNDING * sizes).any():
+        metric = StateMetric(sizes, np.array(system.is_angle), 0.0)
+        nearest = equilibrium_near(bare, start, metric, tolerance)
+        if nearest is not None and (np.abs(nearest.states[:, 0] - start) > _ROUNDING * sizes).any():
             nearest = None
-        fastest = max(fastest, 0.0 if nearest is None else float(np.abs(nearest.eigenvalues).max()))
+        if nearest is not None and nearest.eigenvalues is not None:
+            fastest = max(fastest, float(np.abs(nearest.eigenvalues).max()))
     return nearest, _FIRST_SPAN / fastest if fastest > 0 else _FIRST_SPAN
 
 

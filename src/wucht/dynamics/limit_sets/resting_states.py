@@ -14,6 +14,7 @@ from typing import Self
 
 import numpy as np
 
+from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind, StateMetric
 from wucht.machines.subject import Subject
 from wucht.numerics.flow.jacobian import Jacobian
 
@@ -25,19 +26,6 @@ _NEWTON, _LAST_STEP = 30, 1e-10  # steps; relative to the states' sizes
 _NEUTRAL = 1e-6  # of the fastest rate: a slower disturbance neither grows nor decays
 _NEARBY, _NOISES = 1e-3, 10.0  # of the states' sizes, and times the noise: no motion rests farther away from its equilibrium
 _GROWTH_OF_ROUNDING = math.log(1e16)  # e-folds until a disturbance of the size of rounding is as large as the motion
-
-
-@dataclass(frozen=True, eq=False)
-class RestingState:
-    """State (n,) at which the rates are zero. eigenvalues (n,): the one that grows fastest first."""
-
-    state: np.ndarray
-    eigenvalues: np.ndarray
-
-    @property
-    def attracts(self) -> bool | None:
-        """See ``decays``."""
-        return decays(self.eigenvalues)
 
 
 def state_extents(ranges: np.ndarray, states: np.ndarray, turning: np.ndarray, tolerance: float) -> np.ndarray:
@@ -123,12 +111,15 @@ def time_of_rest(eigenvalues: np.ndarray) -> float:
     return 0.0 if decays(eigenvalues) is not False else _GROWTH_OF_ROUNDING / float(eigenvalues.real.max())
 
 
-def equilibrium_near(subject: Subject, state: np.ndarray, sizes: np.ndarray, tolerance: float) -> RestingState | None:
+def equilibrium_near(
+    subject: Subject, state: np.ndarray, metric: StateMetric, tolerance: float, time: float = 0.0
+) -> LimitSet | None:
     """Return the equilibrium to which Newton's method leads from a state (n,), where it lies as near as a motion at rest is.
 
-    sizes (n,): of the states. The equations must not depend on time.
+    Its eigenvalues: the one that grows fastest first. time: of its sample. The equations must not depend on time.
     """
-    x, evaluate = state.copy(), Jacobian.of(subject.system).with_parameters(subject.system.values(subject.values))
+    x, sizes = state.copy(), metric.sizes
+    evaluate = Jacobian.of(subject.system).with_parameters(subject.system.values(subject.values))
     for _ in range(_NEWTON):
         f, matrix = evaluate(x)
         if not (np.isfinite(f).all() and np.isfinite(matrix).all()):
@@ -140,7 +131,9 @@ def equilibrium_near(subject: Subject, state: np.ndarray, sizes: np.ndarray, tol
     if (np.abs(x - state) > _nearby(tolerance) * sizes).any():
         return None
     eigenvalues = np.linalg.eigvals(evaluate(x)[1])
-    return RestingState(x, eigenvalues[np.lexsort((-eigenvalues.imag, -eigenvalues.real))])
+    eigenvalues = eigenvalues[np.lexsort((-eigenvalues.imag, -eigenvalues.real))]
+    kind, times = MotionKind.EQUILIBRIUM, np.array([time])
+    return LimitSet(kind, times, x[:, None], metric, decays(eigenvalues), eigenvalues=eigenvalues)
 
 
 def _newton_step(f: np.ndarray, matrix: np.ndarray, sizes: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind, StateMetric, forcing_period
+from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind, StateMetric, forcing_period, gap_of_halves
 from wucht.dynamics.limit_sets.resting_states import equilibrium_near, rests, sign_of_growth, time_of_rest
 from wucht.errors import RunError, WuchtError
 from wucht.machines.subject import Subject
@@ -57,7 +57,7 @@ def settled_motion(
 ) -> LimitSet | None:
     """Return what a leg tends to, None where that cannot be told from it.
 
-    exponent_accuracy: as in ``LongRunSettings``; None: chaotic sets and tori are not tried.
+    exponent_accuracy: as of ``long_run``; None: chaotic sets and tori are not tried.
     """
     metric = StateMetric.of(subject, leg.extents)
     late = np.ptp(leg.states[:, leg.states.shape[1] // 2 :], axis=1)
@@ -73,16 +73,14 @@ def settled_motion(
 
 def _equilibrium(subject: Subject, compiled_system: CompiledSystem, leg: RunSegment, metric: StateMetric) -> LimitSet | None:
     """Return the equilibrium at which a leg rests; None where none is nearby, or a saddle at which it may not stay."""
-    end, times = leg.states[:, -1], leg.time[-1:]
+    end = leg.states[:, -1]
     if subject.system.depends_on_time:
-        return LimitSet(MotionKind.EQUILIBRIUM, times, end[:, None], metric, None, eigenvalues=np.empty(0))
-    nearest = equilibrium_near(subject, end, metric.sizes, compiled_system.tolerance)
-    if nearest is None:
+        return LimitSet(MotionKind.EQUILIBRIUM, leg.time[-1:], end[:, None], metric, None, eigenvalues=np.empty(0))
+    nearest = equilibrium_near(subject, end, metric, compiled_system.tolerance, float(leg.time[-1]))
+    if nearest is None or nearest.eigenvalues is None:
         return None
     has_moved = (leg.states != leg.states[:, :1]).any()
-    if has_moved and leg.duration / 2 < time_of_rest(nearest.eigenvalues):
-        return None
-    return LimitSet.at(nearest, times, metric)
+    return None if has_moved and leg.duration / 2 < time_of_rest(nearest.eigenvalues) else nearest
 
 
 def _orbit(
@@ -202,7 +200,7 @@ def _irregular_motion(
         points = metric.points(times, states)
         if kind is None or _drifts(points) or not _covers_one_set(points):
             return verdict
-        verdict = LimitSet(kind, times, states, metric, None, exponent=exponent, gap=_gap(*np.array_split(points, 2)))
+        verdict = LimitSet(kind, times, states, metric, None, exponent=exponent, gap=gap_of_halves(points, _COVERAGE))
         width = (exponent.high - exponent.low) / (2 * accuracy * exponent.value)
         if kind is not MotionKind.CHAOTIC or width <= 1:
             break
@@ -248,10 +246,3 @@ def _covers_one_set(points: np.ndarray) -> bool:
 
     halves, random = np.arange(BLOCKS) < BLOCKS // 2, np.random.default_rng(0)
     return any(gap(random.permutation(halves)) >= gap(halves) for _ in range(_SPLITS))
-
-
-def _gap(first: np.ndarray, second: np.ndarray) -> float:
-    """Return by how much points (P, d) and (Q, d) are apart: nearly all of each are as near to the others."""
-    from scipy.spatial import KDTree
-
-    return max(float(np.quantile(KDTree(a).query(b)[0], _COVERAGE)) for a, b in ((first, second), (second, first)))

@@ -2,6 +2,12 @@
 
 A member whose motion stays near one of them at last has its outcome. G. Datseris, A. Wagemakers, "Effortless estimation of
 basins of attraction", Chaos 32 (2022) 023104.
+
+Attractors of equations (``limit_sets.basins``) are found by the same algorithm; how far the rounds of a motion are apart, and
+how near another one must come, is one rule for both. The rest cannot be shared. Which attractors there are must not depend on
+the members, whose outcomes do not depend on each other: they are those of a few run-ups of the machine. Members whose
+parameters differ have none in common. Whether a member rests is told by its speed and unbalance, without its states, which are
+sampled only where there are attractors; and its name is an outcome, which the turns of its motion decide.
 """
 
 from __future__ import annotations
@@ -10,13 +16,14 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from wucht.dynamics.limit_sets.limit_set import gap_of_halves, reach_of
 from wucht.dynamics.run_ups.horizon import Horizon
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.sampling.ensemble_equations import Equations, Variants, embedded_states
+from wucht.dynamics.sampling.ensemble_equations import Equations, Variants
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion
 from wucht.dynamics.sampling.full_classification import member_verdict, model_of, observe_members
 from wucht.dynamics.verdicts.observation import Observation
@@ -32,8 +39,6 @@ if TYPE_CHECKING:
 _POINTS = 16_384  # on a motion
 _CYCLES, _TURNS = 6, 200  # of a modulation, or turns, over which they are spread
 _RETURN_DISTANCE = 0.05  # share of the states' sizes: how near a motion must come to itself
-_NEAR_FACTOR = 2.0  # the reach, in times the distance at which the motion does come to itself
-_SMALLEST_REACH = 1e-3  # share of the states' sizes
 _CELL = 1 / 16  # of the reach: of the points of an attractor that are as near to each other one is kept
 _PLACES = 20  # of a member, at which it must be near
 _ROUNDS = (0, 4, 2, 1, 3)  # in which every fifth place is checked, from this one on: most that are not near fail early
@@ -79,17 +84,37 @@ class Attractor:
     period: float
     peak_distance_squared: float
 
+    @classmethod
+    def of(
+        cls,
+        points: np.ndarray,
+        outcome: int,
+        sense: int,
+        speeds: tuple[float, float],
+        period: float,
+        peak_distance_squared: float,
+    ) -> Self | None:
+        """Build the attractor of points (P, d) along a motion, whose least and largest speed in its sense are given.
+
+        None if the halves of the points are far apart: the motion is not yet one that repeats, or has left it again.
+        """
+        sizes = np.maximum(np.abs(points).max(axis=0), 1e-300)
+        gap = gap_of_halves(points / sizes)
+        if gap > _RETURN_DISTANCE:
+            return None
+        reach = reach_of(gap)
+        return cls(outcome, _sparse_points(points / sizes, reach), sizes, reach, sense, *speeds, period, peak_distance_squared)
+
     def resident_members(
         self,
-        equations: Equations,
-        states: Callable[[np.ndarray], np.ndarray],
+        points_of: Callable[[np.ndarray], np.ndarray],
         samples: np.ndarray,
         speeds: np.ndarray,
         duration: float,
         candidates: np.ndarray,
     ) -> np.ndarray:
         """Return those of the candidates (m,), members by their numbers, that stay near it and move along it: by samples
-        (K, v, M) over a duration, of which ``states`` makes states (K, k, M), and the least and the largest speed (2, M) in it.
+        (K, v, M) over a duration, of which ``points_of`` makes points, and the least and the largest speed (2, M) in it.
         A member that merely rests near a point of it does not.
         """
         low, high = np.sort(self.sense * speeds[:, candidates], axis=0)
@@ -101,7 +126,7 @@ class Attractor:
         for first in _ROUNDS:
             rows = places[first :: len(_ROUNDS)]
             if len(members):
-                members = members[self.is_near(embedded_states(equations.system, states(samples[rows][:, :, members])))]
+                members = members[self.is_near(points_of(samples[rows][:, :, members]))]
         return members
 
     def has_modulation_of(self, candidate: Attractor) -> bool:
@@ -126,13 +151,13 @@ class Attractor:
         )  # fmt: skip
 
     @property
-    def embedded_points(self) -> np.ndarray:
-        """Its points, as embedded states (P, 1, d) of one member."""
+    def member_points(self) -> np.ndarray:
+        """Its points, as those (P, 1, d) of one member."""
         return np.asarray((self.points * self.sizes)[:, None])
 
-    def is_near(self, states: np.ndarray) -> np.ndarray:
-        """Mask (M,) of the members that are near it in all of their embedded states (K, M, d)."""
-        distances, _ = self._tree.query(states / self.sizes, distance_upper_bound=self.reach)  # inf beyond
+    def is_near(self, points: np.ndarray) -> np.ndarray:
+        """Mask (M,) of the members that are near it in all of their points (K, M, d)."""
+        distances, _ = self._tree.query(points / self.sizes, distance_upper_bound=self.reach)  # inf beyond
         return np.asarray(np.isfinite(distances).all(axis=0))
 
     @cached_property
@@ -187,7 +212,7 @@ def _with_candidate(attractors: list[Attractor], candidate: Attractor) -> list[A
     for k, attractor in enumerate(attractors):
         if attractor.has_modulation_of(candidate):
             return [*attractors[:k], attractor.merge(candidate), *attractors[k + 1 :]]
-        if attractor.outcome == candidate.outcome and attractor.is_near(candidate.embedded_points).all():
+        if attractor.outcome == candidate.outcome and attractor.is_near(candidate.member_points).all():
             return attractors
     return [*attractors, candidate]
 
@@ -212,9 +237,8 @@ def _reached_attractor(
     motion = _motion(ensemble, initial, quantities.parameter_values[0], duration)
     if motion is None:
         return None
-    numbers = sense, *extremes(sense * quantities.speed(motion.samples)[:, 0]), period, float(motion.peaks[0, 0])
-    points = embedded_states(equations.system, quantities.states(motion.samples))
-    return _attractor(OUTCOMES.index(verdict.outcome), points[:, 0], numbers)
+    points, speeds = quantities.points(motion.samples)[:, 0], extremes(sense * quantities.speed(motion.samples)[:, 0])
+    return Attractor.of(points, OUTCOMES.index(verdict.outcome), sense, speeds, period, float(motion.peaks[0, 0]))
 
 
 def _starts(machine: Machine) -> np.ndarray:
@@ -238,22 +262,6 @@ def _motion(ensemble: CompiledEnsemble, state: np.ndarray, parameter_values: np.
         lane_values, _ = lanes.lane_values(parameter_values[None])
         advance = lanes.advance(state[:, None], lane_values, np.linspace(0.0, duration, _POINTS + 1), lambda: None)
     return None if advance.stops else advance.chunk
-
-
-def _attractor(outcome: int, points: np.ndarray, numbers: tuple[int, float, float, float, float]) -> Attractor | None:
-    """Return the attractor of points (P, d) and numbers as in ``Attractor``; None if the halves of the points are far apart:
-    the motion is not yet one that repeats, or has left it again."""
-    from scipy.spatial import KDTree
-
-    sizes = np.maximum(np.abs(points).max(axis=0), 1e-300)
-    first, second = np.array_split(points / sizes, 2)
-    gap = max(
-        float(KDTree(first_half).query(second_half)[0].max()) for first_half, second_half in ((first, second), (second, first))
-    )
-    if gap > _RETURN_DISTANCE:
-        return None
-    reach = max(_NEAR_FACTOR * gap, _SMALLEST_REACH)
-    return Attractor(outcome, _sparse_points(points / sizes, reach), sizes, reach, *numbers)
 
 
 def _sparse_points(points: np.ndarray, reach: float) -> np.ndarray:

@@ -182,49 +182,49 @@ class Cliff:
         return f"{100 * abs(self.distance):.2g} % {side}"
 
 
-@dataclass(frozen=True)
-class Line:
-    """Candidates on one side of the best one: a parameter, its values, ever farther away, and their indices in the scores."""
-
-    parameter: str
-    values: Sequence[float]
-    indices: Sequence[int]
+Sides = Sequence[tuple[int, Sequence[int]]]  # of a candidate: axes, and the indices of those beside it there, the nearest first
 
 
 def nearest_cliff(
-    scores: Scores, best: int, values: dict[str, float], lines: Sequence[Line], ratio: float | None = LOSS_RATIO
+    scores: Scores,
+    best: int,
+    names: Sequence[str],
+    values: np.ndarray | Sequence[Sequence[float]],
+    sides: Sides,
+    ratio: float | None = LOSS_RATIO,
 ) -> Cliff | None:
-    """Return the nearest cliff, by the ratio of its value to the best one; None where there is none on these lines.
+    """Return the nearest cliff, by the ratio of its value to the best one; None where there is none on these sides.
 
     Parameters
     ----------
     scores : Scores
     best : int
         Index of the best candidate.
-    values : dict
-        Its values, by parameter.
-    lines : sequence of Line
+    names : sequence of str
+        Of the parameters.
+    values : (P, axes)
+        Of the candidates.
+    sides : sequence of (int, sequence of int)
+        Of the best candidate: see ``sides_on_grid``.
     ratio : float, optional
         Multiple of the best one's cost from which on it is lost, None where costs do not count.
     """
     cliffs = list[Cliff]()
-    for line in lines:
-        inside = values[line.parameter]
-        for value, k in zip(line.values, line.indices, strict=True):
+    for axis, indices in sides:
+        at_best = inside = float(values[best][axis])
+        for k in indices:
+            value = float(values[k][axis])
             if scores.is_lost(k, best, ratio):
                 cost, failing = float(scores.medians[k]), float(scores.failing_shares[k])
-                cliffs.append(Cliff(line.parameter, values[line.parameter], inside, value, cost, failing))
+                cliffs.append(Cliff(names[axis], at_best, inside, value, cost, failing))
                 break
             inside = value
     return min(cliffs, key=lambda c: c.remoteness, default=None)
 
 
-def sides_on_grid(values: np.ndarray, k: int) -> list[tuple[int, list[int]]]:
-    """Return the indices of the candidates on each side of one along each axis, as (axis, indices), the nearest first.
-
-    values: of the candidates (P, axes).
-    """
-    sides = list[tuple[int, list[int]]]()
+def sides_on_grid(values: np.ndarray, k: int) -> Sides:
+    """Return the sides of a candidate on a grid. values: of all of them (P, axes)."""
+    sides = list[tuple[int, Sequence[int]]]()
     for axis in range(values.shape[1]):
         is_beside = np.delete(values == values[k], axis, axis=1).all(axis=1)
         order = [i for i in np.argsort(values[:, axis], kind="stable").tolist() if is_beside[i]]

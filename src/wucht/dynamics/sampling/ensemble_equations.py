@@ -14,7 +14,7 @@ from wucht.analysis.relative_equilibria import RelativeEquilibria
 from wucht.analysis.time_constants import runaway_limit
 from wucht.dynamics.run_ups.run_up_models import slow_model
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion
-from wucht.dynamics.sampling.member_quantities import MemberMotion, MemberQuantities, full_motion
+from wucht.dynamics.sampling.member_quantities import MemberQuantities, full_motion
 from wucht.dynamics.verdicts.locking import is_locking
 from wucht.dynamics.verdicts.observation import weights_of
 from wucht.errors import InputError
@@ -23,7 +23,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, sense_of
 from wucht.machines.parts.base import Drive, Load
 from wucht.machines.tree import RotatingBody
-from wucht.numerics.ensembles.members import Members
+from wucht.numerics.flow.compiled_batch import Quantities
 from wucht.system import System
 
 
@@ -105,18 +105,6 @@ class Variants:
 
 
 @dataclass(frozen=True)
-class NumberedMembers(Members):
-    """Members with their numbers (M,) in the ensemble."""
-
-    numbers: np.ndarray
-
-    def part(self, first: int, last: int) -> NumberedMembers:
-        """Return the members from ``first`` on, before ``last``."""
-        selection = slice(first, last)
-        return NumberedMembers(self.starts[selection], self.parameter_values[selection], self.numbers[selection])
-
-
-@dataclass(frozen=True)
 class FullEquations:
     """The full equations. turning_frame: that of the main rotor; None in the fixed one."""
 
@@ -179,7 +167,8 @@ class SlowEquations:
         sense = sp.Integer(self.averaged_equations.senses[main])
         phases = tuple(sense * states[f"{b.name}.phase"] for b in machine.group(machine.rotor)[1:])
         speed, amplitude = (system.output(name).expression for name in (f"speed[{main}]", "amplitude"))
-        return _member_quantities(machine, system, variants, MemberMotion(sense * speed, phases, amplitude**2), [], with_states)
+        motion = Quantities((sense * speed, *phases), (amplitude**2,))
+        return _member_quantities(machine, system, variants, motion, [], with_states)
 
 
 Equations = FullEquations | SlowEquations
@@ -197,7 +186,7 @@ def _member_quantities(
     machine: Machine,
     system: System,
     variants: Variants,
-    motion: MemberMotion,
+    motion: Quantities,
     extra_parameters: Sequence[tuple[sp.Symbol, np.ndarray]],
     with_states: bool,
 ) -> MemberQuantities:
@@ -209,14 +198,6 @@ def _weights(machine: Machine) -> tuple[complex, ...]:
     """Return the unbalances of the main rotor and of the bodies about it, as shares of the rotor's."""
     weights, other_bodies = weights_of(machine, machine.rotor), [b for b in machine.bodies if b is not machine.rotor]
     return (weights[0], *(weights[1 + other_bodies.index(b)] for b in machine.group(machine.rotor)[1:]))
-
-
-def embedded_states(system: System, samples: np.ndarray) -> np.ndarray:
-    """Embed samples (K, k, M) as (K, M, d): the states, with cosine and sine in place of each angle."""
-    columns = list[np.ndarray]()
-    for i, state in enumerate(system.states):
-        columns += [np.cos(samples[:, i]), np.sin(samples[:, i])] if state in system.angles else [samples[:, i]]
-    return np.stack(columns, axis=-1)
 
 
 def parameters_of(system: System, variants: Variants) -> np.ndarray:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -12,29 +13,36 @@ from wucht.dynamics.run_ups.horizon import Horizon, RunSettings
 from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
 from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
 from wucht.dynamics.run_ups.run_up_models import FullModel, slow_model
+from wucht.dynamics.run_ups.run_variations import VariedQuantity
 from wucht.dynamics.sampling.attractors import attractors_of
 from wucht.dynamics.sampling.ensemble_equations import (
-    NumberedMembers,
     Variants,
     batching_obstacle,
     is_screened,
     member_equations,
     needs_scalar_run,
 )
-from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, Report, subprogress
+from wucht.dynamics.sampling.ensembles import (
+    EnsembleQuestion,
+    MemberOutcomes,
+    Start,
+    initial_states,
+    run_possible,
+    subprogress,
+)
 from wucht.dynamics.sampling.full_classification import begins_fast, classify_members
 from wucht.dynamics.sampling.screening_observer import DoublingSchedule, ScreeningObserver
 from wucht.dynamics.sampling.steady_certificate import parting_members
-from wucht.dynamics.sampling.track_orders import Arrangement, arrangements
+from wucht.dynamics.sampling.track_orders import members_by_order
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
-from wucht.dynamics.work import Work
+from wucht.dynamics.work import TaskReport, Work
 from wucht.machines.machine import Machine
 from wucht.numerics.ensembles.ensemble import compile_ensemble, tiles
-from wucht.numerics.ensembles.members import Status
+from wucht.numerics.ensembles.members import Members, Status
 
 
-def run_up_each(question: EnsembleQuestion, starts: np.ndarray, variants: Variants, report: Report) -> MemberOutcomes:
+def run_up_each(question: EnsembleQuestion, starts: np.ndarray, variants: Variants, report: TaskReport) -> MemberOutcomes:
     """Run up members one by one that start in states (n, M) of the machine's System."""
     count = starts.shape[1]
     outcome, failures = np.zeros(count, np.int8), dict[int, str]()
@@ -62,22 +70,17 @@ def _member_motions(question: EnsembleQuestion, machine: Machine, start: np.ndar
         yield motion
 
 
-@dataclass(frozen=True)
-class RunAdvice:
-    """What a member without a verdict needs: a sentence, and the end time of a run that decides, None if there is none."""
-
-    sentence: str | None
-    needed_time: float | None
-
-
 def member_advice(
-    question: EnsembleQuestion, start: np.ndarray, values: Mapping[str, float], report: Report | None = None
-) -> RunAdvice:
-    """Return the advice of the verdict on a member that starts in a state (n,), with these values of varied parameters."""
+    question: EnsembleQuestion, start: np.ndarray, values: Mapping[str, float], report: TaskReport | None = None
+) -> tuple[str | None, float | None]:
+    """Return what a member without a verdict needs: a sentence, and the end time of a run that decides, None if there is none.
+
+    It starts in a state (n,), with these values of varied parameters.
+    """
     for motion in _member_motions(question, question.machine.with_values(dict(values)), start):
         if report is not None:
             report(min(motion.last.trajectory.end_time / motion.case.horizon.expected_end, 1.0))
-    return RunAdvice(motion.last.trajectory.failure or motion.verdict.advice, motion.verdict.needed_time)
+    return motion.last.trajectory.failure or motion.verdict.advice, motion.verdict.needed_time
 
 
 _MOST_DOUBLINGS = 8  # of the first chunk
@@ -93,7 +96,7 @@ def integration_note(question: EnsembleQuestion) -> str:
 
 
 def outcomes_of(
-    question: EnsembleQuestion, starts: np.ndarray, values: Mapping[str, np.ndarray], report: Report | None = None
+    question: EnsembleQuestion, starts: np.ndarray, values: Mapping[str, np.ndarray], report: TaskReport | None = None
 ) -> MemberOutcomes:
     """Return the outcomes of the members of an ensemble; that of one does not depend on the other ones.
 
@@ -116,21 +119,38 @@ def outcomes_of(
     InputError
         For values that a part does not allow, and machines without averaged equations where these are requested.
     """
-    progress = report or (lambda _share: None)
-    count, done = starts.shape[1], 0
-    parts, members = list[MemberOutcomes](), list[np.ndarray]()
-    for group in arrangements(question.machine, Variants.from_values(question.machine, values, count), starts):
-        of_group = replace(question, machine=group.reference(question.machine))
-        share = len(group.members) / count
-        parts.append(_outcomes_in_one_order(of_group, group, subprogress(progress, done / count, share)))
-        members.append(group.members)
-        done += len(group.members)
-    return MemberOutcomes.join(parts).select(np.argsort(np.concatenate(members)))
+    machine, count, done = question.machine, starts.shape[1], 0
+    parts, numbers = list[MemberOutcomes](), list[np.ndarray]()
+    for members, of_members, variants in members_by_order(machine, Variants.from_values(machine, values, count), starts):
+        if machine.tracks:  # what the members share, whichever they are: the machine with its bodies in this order
+            question = replace(question, machine=variants.machines[0].with_unchecked_values(machine.values))
+        progress = subprogress(report or (lambda _share: None), done / count, len(members) / count)
+        parts.append(_outcomes_in_one_order(question, of_members, variants, progress))
+        numbers.append(members)
+        done += len(members)
+    return MemberOutcomes.join_in_order(parts, numbers)
 
 
-def _outcomes_in_one_order(question: EnsembleQuestion, group: Arrangement, report: Report) -> MemberOutcomes:
+def outcomes_at(
+    question: EnsembleQuestion,
+    start: Start,
+    quantities: Sequence[VariedQuantity],
+    places: np.ndarray,
+    location: str,
+    report: TaskReport,
+) -> MemberOutcomes:
+    """Return the outcomes of the members at places (q, M) of the varied quantities; those that cannot be run have failed.
+
+    start: the rest of the start. Raises ``InputError`` at ``location`` for a value that the machine does not allow.
+    """
+    starts, values = initial_states(question.machine, start, quantities, places, location)
+    return run_possible(partial(outcomes_of, question, report=report), question.machine, starts, values)
+
+
+def _outcomes_in_one_order(
+    question: EnsembleQuestion, starts: np.ndarray, variants: Variants, report: TaskReport
+) -> MemberOutcomes:
     """Return the outcomes of members whose bodies are in one order."""
-    starts, variants = group.starts, group.variants
     needs_single_run = (
         np.ones(starts.shape[1], bool) if batching_obstacle(question) is not None else needs_scalar_run(question, variants)
     )
@@ -142,10 +162,10 @@ def _outcomes_in_one_order(question: EnsembleQuestion, group: Arrangement, repor
     if len(batch_members):
         subset = variants.select(batch_members).compact
         parts.append(_run_batches(question, starts[:, batch_members], subset, subprogress(report, share, 1 - share)))
-    return MemberOutcomes.join(parts).select(np.argsort(np.concatenate([single_members, batch_members])))
+    return MemberOutcomes.join_in_order(parts, [single_members, batch_members])
 
 
-def _run_batches(question: EnsembleQuestion, starts: np.ndarray, variants: Variants, report: Report) -> MemberOutcomes:
+def _run_batches(question: EnsembleQuestion, starts: np.ndarray, variants: Variants, report: TaskReport) -> MemberOutcomes:
     """Return the outcomes of members that are integrated in batches."""
     machine = question.machine
     horizon = Horizon.of(machine, RunSettings(), initial_state(machine, {}))
@@ -163,7 +183,7 @@ def _run_batches(question: EnsembleQuestion, starts: np.ndarray, variants: Varia
 
 
 def _screen_members(
-    question: EnsembleQuestion, starts: np.ndarray, variants: Variants, horizon: Horizon, report: Report
+    question: EnsembleQuestion, starts: np.ndarray, variants: Variants, horizon: Horizon, report: TaskReport
 ) -> tuple[MemberOutcomes, np.ndarray]:
     """Return the outcomes of the members that the screening decides, and the numbers of the other ones."""
     equations = member_equations(question, starts[:, 0])
@@ -172,12 +192,9 @@ def _screen_members(
     attractors = attractors_of(question, equations, horizon)
     quantities = equations.quantities(variants, with_states=bool(attractors))
     noise = Noise.of(question.tolerance)
-    observer = ScreeningObserver(equations, quantities, variants, attractors, pace, until is not None, noise)
-    members = NumberedMembers(
-        np.ascontiguousarray(equations.starts(starts, variants).T),
-        quantities.parameter_values[variants.machine_index],
-        np.arange(starts.shape[1]),
-    )
+    observer = ScreeningObserver(quantities, variants, attractors, pace, until is not None, noise)
+    initial = np.ascontiguousarray(equations.starts(starts, variants).T)
+    members = Members.of(initial, quantities.parameter_values[variants.machine_index])
     ensemble = compile_ensemble(quantities.system, question.tolerance, quantities=quantities.expressions)
     parts, numbers, failures = [], [np.zeros(0, int)], dict[int, str]()
     for tile in tiles(ensemble, members, observer, pace, report=report):
@@ -186,8 +203,7 @@ def _screen_members(
         outcome = np.where(has_failed, OUTCOMES.index(Outcome.FAILED), record.outcome).astype(np.int8)
         parts.append(MemberOutcomes(outcome, record.settling_time, np.sqrt(record.peak_distance_squared), ends.times))
         numbers.append(record.number[record.needs_classification & ~has_failed])
-        of_tile = variants.select(record.number)
-        leaving = parting_members(of_tile, quantities.system, quantities.parameter_values, outcome, ends.states, ends.times)
+        leaving = parting_members(variants.select(record.number), quantities, outcome, ends)
         numbers.append(record.number[leaving])
         failures |= {int(record.number[i]): reason for i, reason in ends.sentences.items()}
     outcomes = MemberOutcomes.join(parts)

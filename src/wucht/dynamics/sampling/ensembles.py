@@ -14,13 +14,12 @@ from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.dynamics.run_ups.run_up_models import slow_model
 from wucht.dynamics.run_ups.run_variations import VariedQuantity, with_states
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
+from wucht.dynamics.work import TaskReport
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
 
-Report = Callable[[float], None]  # called with the share that is done, 0 to 1; may raise ``KeyboardInterrupt``
 
-
-def subprogress(report: Report, begin: float, share: float) -> Report:
+def subprogress(report: TaskReport, begin: float, share: float) -> TaskReport:
     """Return the report of a part of the work, which begins when a share is done and is as large a share of all."""
     return lambda done: report(begin + share * done)
 
@@ -89,6 +88,11 @@ class MemberOutcomes:
         begins = np.cumsum([0, *(len(p.outcome) for p in parts)])
         failures = tuple((int(begin) + i, reason) for begin, p in zip(begins, parts, strict=False) for i, reason in p.failures)
         return cls(**{name: np.concatenate([getattr(p, name) for p in parts]) for name in _ARRAYS}, failures=failures)
+
+    @classmethod
+    def join_in_order(cls, parts: Sequence[MemberOutcomes], numbers: Sequence[np.ndarray]) -> MemberOutcomes:
+        """Join the outcomes of parts of an ensemble, in the order of the numbers that the members of each have in it."""
+        return cls.join(parts).select(np.argsort(np.concatenate(numbers)))
 
     def with_failures(self, failures: Mapping[int, str]) -> MemberOutcomes:
         """Return the outcomes with the sentences of those that failed, by their index."""
@@ -195,6 +199,18 @@ def omission_warnings(
     machine = machine_at(question.machine, quantities, place, "study")
     machine, initial = prepare_start(machine, start_at(start, quantities, place), question.until or 0.0)
     return () if question.model == "full" else slow_model(machine, initial, question.inertia, question.order).warnings
+
+
+def omissions_among(
+    question: EnsembleQuestion, start: Start, quantities: Sequence[VariedQuantity], places: np.ndarray, location: str
+) -> tuple[str, ...]:
+    """Return ``omission_warnings`` of the first of the members at places (q, M) that can be run.
+
+    Raises ``InputError`` at ``location`` for a value that the machine does not allow, too.
+    """
+    impossible = unrunnable_members(question.machine, *initial_states(question.machine, start, quantities, places, location))
+    first = next((m for m in range(places.shape[1]) if m not in impossible), 0)
+    return omission_warnings(question, start, quantities, places[:, first].tolist())
 
 
 def run_possible(run: Runs, machine: Machine, starts: np.ndarray, values: Mapping[str, np.ndarray]) -> MemberOutcomes:

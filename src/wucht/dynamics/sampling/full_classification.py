@@ -13,14 +13,15 @@ from wucht.analysis.averaged_equations import FullMotion
 from wucht.dynamics.run_ups.horizon import Horizon, distinctive_times
 from wucht.dynamics.run_ups.run_up import free_speed_at_end
 from wucht.dynamics.run_ups.run_up_models import FullModel, SlowModel, slow_model
-from wucht.dynamics.sampling.ensemble_equations import NumberedMembers, Variants, parameters_of
-from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, Report, subprogress
+from wucht.dynamics.sampling.ensemble_equations import Variants, parameters_of
+from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes, subprogress
 from wucht.dynamics.verdicts.certificate import TOLERANCE, MotionEnd, certified_verdict
 from wucht.dynamics.verdicts.judging import judge
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import MotionObserver, Observation, fastest_speeds
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.dynamics.verdicts.verdict import Verdict
+from wucht.dynamics.work import TaskReport
 from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed
 from wucht.numerics.ensembles.ensemble import compile_ensemble, tiles
@@ -37,7 +38,7 @@ _FINAL_OUTCOMES = (Outcome.STOPPED, Outcome.OSCILLATING, Outcome.NOT_STARTED)
 
 
 def classify_members(
-    question: EnsembleQuestion, starts: np.ndarray, variants: Variants, horizon: Horizon, report: Report
+    question: EnsembleQuestion, starts: np.ndarray, variants: Variants, horizon: Horizon, report: TaskReport
 ) -> MemberOutcomes:
     """Classify members that start in states (n, M) of the machine's System. horizon: of a run-up of the machine."""
     doublings, parts, order, done = _doublings(starts, variants, horizon), list[MemberOutcomes](), list[np.ndarray](), 0
@@ -52,7 +53,7 @@ def classify_members(
             parts.append(_outcomes(ends))
         order.append(members)
         done += len(members)
-    return MemberOutcomes.join(parts).select(np.argsort(np.concatenate(order)))
+    return MemberOutcomes.join_in_order(parts, order)
 
 
 def _outcomes(ends: EnsembleResult[ObserverState]) -> MemberOutcomes:
@@ -85,7 +86,7 @@ def _sampled_speed(horizon: Horizon) -> float:
 
 
 def observe_members(
-    question: EnsembleQuestion, starts: np.ndarray, variants: Variants, horizon: Horizon, report: Report
+    question: EnsembleQuestion, starts: np.ndarray, variants: Variants, horizon: Horizon, report: TaskReport
 ) -> Iterator[EnsembleResult[ObserverState]]:
     """Observe some members at a time: yield the observation of each, and the states in which they ended."""
     models = tuple(
@@ -104,7 +105,7 @@ def observe_members(
     observer = ClassifyingObserver(
         models, variants.machine_index, horizon.span, Noise.of(question.tolerance), pace, question.until is not None
     )
-    members = NumberedMembers(initial, parameters_of(system, variants), np.arange(len(initial)))
+    members = Members.of(initial, parameters_of(system, variants))
     for tile in tiles(compile_ensemble(system, question.tolerance), members, observer, pace, _MEMBERS_PER_TILE, report=report):
         yield tile.result
 
@@ -141,7 +142,6 @@ class ClassifyingObserver:
     @np.errstate(all="ignore")  # see ``ScreeningObserver.begin``
     def begin(self, members: Members) -> ObserverState:
         """Return the first record: see ``Observer``."""
-        assert isinstance(members, NumberedMembers)
         count = len(members)
         observations, settling_time = np.empty(count, object), np.full(count, np.nan)
         record = ObserverState(

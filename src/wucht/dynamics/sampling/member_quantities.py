@@ -45,7 +45,7 @@ class MemberQuantities:
         cls,
         system: System,
         parameters: np.ndarray,
-        motion: MemberMotion,
+        motion: Quantities,
         weights: np.ndarray,
         extra_parameters: Sequence[tuple[sp.Symbol, np.ndarray]] = (),
         with_states: bool = False,
@@ -58,7 +58,8 @@ class MemberQuantities:
             The integrated one.
         parameters : ndarray, (V, p)
             Values of its parameters, for each variant.
-        motion : MemberMotion
+        motion : Quantities
+            Sampled: the speed of the main rotor, the phases of the bodies about it, as they turn. Largest: as above.
         weights : ndarray of complex, (V, 1 + b)
             Unbalances of the rotor and of the bodies about it, as shares of the rotor's.
         extra_parameters : sequence of (sympy.Symbol, ndarray (V,)), optional
@@ -66,18 +67,19 @@ class MemberQuantities:
         with_states : bool, optional
             True if states are sampled, too.
         """
-        residual, parts = _residual_unbalance(motion.phases)
+        phases = motion.values[1:]
+        residual, parts = _residual_unbalance(phases)
         additions = [
             *extra_parameters,
             *((symbol, column) for symbol, column in zip(parts, weights.view(float).T, strict=True)),
         ]
         states = system.states if with_states else ()
-        rotor_quantities = (motion.speed, *motion.phases, residual)
+        rotor_quantities = (*motion.values, residual)
         values = (*rotor_quantities, *(state for state in states if state not in rotor_quantities))
-        expressions, columns = Quantities(values, (motion.square_distance,)), tuple(map(values.index, states))
+        expressions, columns = Quantities(values, motion.peaks), tuple(map(values.index, states))
         whole_system = replace(system, parameters=(*system.parameters, *(symbol for symbol, _ in additions)))
         parameter_columns = [parameters, *(np.asarray(column, float)[:, None] for _, column in additions)]
-        return cls(whole_system, expressions, np.concatenate(parameter_columns, axis=1), len(motion.phases), columns)
+        return cls(whole_system, expressions, np.concatenate(parameter_columns, axis=1), len(phases), columns)
 
     def speed(self, samples: np.ndarray) -> np.ndarray:
         """Return the speed (K, M) from samples (K, v, M) of quantities."""
@@ -91,19 +93,12 @@ class MemberQuantities:
         """Return the share of the unbalance that is left (K, M), from samples (K, v, M) of quantities."""
         return samples[:, 1 + self.body_count]
 
-    def states(self, samples: np.ndarray) -> np.ndarray:
-        """Return the states (K, k, M) from samples (K, v, M) of quantities, where these are sampled."""
-        return np.take(samples, self.state_columns, axis=1)
-
-
-@dataclass(frozen=True)
-class MemberMotion:
-    """Expressions in the symbols of the integrated equations: speed of the main rotor, phases of the bodies about it, as they
-    turn, and the square of the distance of its axis from the rest position."""
-
-    speed: sp.Expr
-    phases: tuple[sp.Expr, ...]
-    square_distance: sp.Expr
+    def points(self, samples: np.ndarray) -> np.ndarray:
+        """Return the states as points (K, M, d), with cosine and sine of each angle, from samples (K, v, M) of quantities."""
+        states, columns = np.take(samples, self.state_columns, axis=1), list[np.ndarray]()
+        for i, state in enumerate(self.system.states):
+            columns += [np.cos(states[:, i]), np.sin(states[:, i])] if state in self.system.angles else [states[:, i]]
+        return np.stack(columns, axis=-1)
 
 
 def _residual_unbalance(phases: Sequence[sp.Expr]) -> tuple[sp.Expr, list[sp.Symbol]]:
@@ -118,9 +113,10 @@ def _residual_unbalance(phases: Sequence[sp.Expr]) -> tuple[sp.Expr, list[sp.Sym
 
 def full_motion(
     machine: Machine, frame: dict[sp.Symbol, sp.Expr], machines: Sequence[Machine]
-) -> tuple[MemberMotion, list[tuple[sp.Symbol, np.ndarray]]]:
+) -> tuple[Quantities, list[tuple[sp.Symbol, np.ndarray]]]:
     """Return the motion of a machine's full equations, and the symbols in it that are no parameters, with their values (V,).
 
+    The motion is that of ``MemberQuantities.of``.
     frame: the symbols of the integrated equations by those of the machine's, where they differ. machines: those that differ.
     """
     rotor, extra_parameters = machine.rotor.coordinate, list[tuple[sp.Symbol, np.ndarray]]()
@@ -137,4 +133,4 @@ def full_motion(
         square += (machine.system.explicit(machine.system.output(f"orbit.{name}").expression) - rest) ** 2
     bodies = machine.group(machine.rotor)[1:]
     phases = tuple((b.coordinate.position - rotor.position).xreplace(frame) for b in bodies)
-    return MemberMotion(speed.xreplace(frame), phases, square.xreplace(frame)), extra_parameters
+    return Quantities((speed.xreplace(frame), *phases), (square.xreplace(frame),)), extra_parameters

@@ -135,31 +135,23 @@ class CellRuns(Protocol):
 
 
 @dataclass(frozen=True)
-class TileOutcomes:
-    """Outcomes of the runs in some cells (M,), numbered row by row."""
-
-    cells: np.ndarray
-    members: CellOutcomes
-
-
-@dataclass(frozen=True)
 class Level:
     """A map after ``halvings`` halvings of its cells, as far as it is computed.
 
     shape: (y, x). coarser: the preceding map, from which cells without a run inherit their values. requested_cells: the cells
-    to be run, numbered row by row. tiles: those that have been run.
+    to be run, numbered row by row. tiles: cells (M,) that have been run, each with the outcomes of their runs.
     """
 
     halvings: int
     shape: tuple[int, int]
     coarser: Level | None
     requested_cells: np.ndarray
-    tiles: tuple[TileOutcomes, ...] = ()
+    tiles: tuple[tuple[np.ndarray, CellOutcomes], ...] = ()
 
     @property
     def runs(self) -> int:
         """Number of runs on this level."""
-        return sum(len(t.cells) for t in self.tiles)
+        return sum(len(cells) for cells, _ in self.tiles)
 
     @property
     def with_coarser_ones(self) -> tuple[Level, ...]:
@@ -174,7 +166,7 @@ class Level:
     @property
     def members(self) -> Sequence[CellOutcomes]:
         """The outcomes of all tiles, in the order in which they were run."""
-        return [tile.members for level in self.with_coarser_ones for tile in level.tiles]
+        return [members for level in self.with_coarser_ones for _, members in level.tiles]
 
     @property
     def is_complete(self) -> bool:
@@ -184,12 +176,12 @@ class Level:
     @cached_property
     def outcome(self) -> np.ndarray:
         """Number of each cell's label (y, x), ``MISSING`` where it is not computed."""
-        return self._cell_values(lambda _level, tile: tile.members.outcome, np.int16, MISSING)
+        return self._cell_values(lambda _level, members: members.outcome, np.int16, MISSING)
 
     @cached_property
     def halvings_of(self) -> np.ndarray:
         """Level (y, x) on which each cell's run was made, ``MISSING`` where it is not computed."""
-        return self._cell_values(lambda level, _tile: level.halvings, np.int8, MISSING)
+        return self._cell_values(lambda level, _members: level.halvings, np.int8, MISSING)
 
     @property
     def is_missing(self) -> np.ndarray:
@@ -198,15 +190,15 @@ class Level:
 
     def reading(self, name: str) -> np.ndarray:
         """Return numbers of the runs (y, x), NaN where they are not computed."""
-        return self._cell_values(lambda _level, tile: getattr(tile.members, name), float, np.nan)
+        return self._cell_values(lambda _level, members: getattr(members, name), float, np.nan)
 
-    def _cell_values(self, value_of: Callable[[Level, TileOutcomes], Any], kind: type, nothing: float) -> np.ndarray:
+    def _cell_values(self, value_of: Callable[[Level, CellOutcomes], Any], kind: type, nothing: float) -> np.ndarray:
         """Values (y, x) of the runs, and those inherited from the coarser level; blank in the cells that are to be run."""
         coarser = None if self.coarser is None else self.coarser._cell_values(value_of, kind, nothing)
         values = np.full(self.shape, nothing, kind) if coarser is None else halve_cells(coarser)
         values.flat[self.requested_cells] = nothing
-        for tile in self.tiles:
-            values.flat[tile.cells] = value_of(self, tile)
+        for cells, members in self.tiles:
+            values.flat[cells] = value_of(self, members)
         return values
 
 
@@ -288,10 +280,10 @@ class OutcomeMap:
         # The size is in the name: another version may choose another one, and must not read these units as its own.
         cells = {f"tile {k} of {size}": remaining[k * size : (k + 1) * size] for k in range(-(-len(remaining) // size))}
         tasks = {name: partial(runs._outcomes_of_tile, level.halvings, tile_cells) for name, tile_cells in cells.items()}
-        tiles: dict[str, TileOutcomes] = {}
+        outcomes = dict[str, CellOutcomes]()
         for name, members in work.units(tasks, label):
-            tiles[name] = TileOutcomes(cells[name], members)
-            yield replace(level, tiles=(*level.tiles, *(tiles[n] for n in cells if n in tiles)))
+            outcomes[name] = members
+            yield replace(level, tiles=(*level.tiles, *((cells[n], outcomes[n]) for n in cells if n in outcomes)))
 
     def _outcomes_of_tile(self, halvings: int, cells: np.ndarray, report: TaskReport) -> CellOutcomes:
         """Outcomes of the runs in some cells (M,) of a map, given by their numbers."""

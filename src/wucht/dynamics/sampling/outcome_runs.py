@@ -10,15 +10,12 @@ import numpy as np
 
 from wucht.dynamics.run_ups.run_variations import VariedQuantity, varied_quantity
 from wucht.dynamics.sampling.ensemble_equations import batching_obstacle, is_screened
-from wucht.dynamics.sampling.ensemble_run import outcomes_of
+from wucht.dynamics.sampling.ensemble_run import outcomes_at
 from wucht.dynamics.sampling.ensembles import (
     EnsembleQuestion,
     MemberOutcomes,
     Start,
-    initial_states,
-    omission_warnings,
-    run_possible,
-    unrunnable_members,
+    omissions_among,
 )
 from wucht.dynamics.sampling.outcome_maps import MISSING, CellOutcomes
 from wucht.dynamics.verdicts.outcomes import OUTCOMES
@@ -68,24 +65,11 @@ class OutcomeRuns:
 
         Raises ``InputError`` if there are no such equations, if nothing would turn, and if a value is forbidden.
         """
-        impossible_members = unrunnable_members(self.question.machine, *self.starts(quantities, places))
-        member = next((m for m in range(places.shape[1]) if m not in impossible_members), 0)
-        return omission_warnings(self.question, self.start, quantities, places[:, member].tolist())
-
-    def starts(self, quantities: Sequence[VariedQuantity], places: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Initial states (n, M) of the runs from places (q, M), and the values (M,) of each parameter.
-
-        Raises ``InputError`` for a value that the machine does not allow.
-        """
-        return initial_states(self.question.machine, self.start, quantities, places, "study.axes")
+        return omissions_among(self.question, self.start, quantities, places, "study.axes")
 
     def outcomes(self, quantities: Sequence[VariedQuantity], places: np.ndarray, report: TaskReport) -> MemberOutcomes:
         """See ``CellRuns``."""
-
-        def run(starts: np.ndarray, values: Mapping[str, np.ndarray]) -> MemberOutcomes:
-            return outcomes_of(self.question, starts, values, report=report)
-
-        return run_possible(run, self.question.machine, *self.starts(quantities, places))
+        return outcomes_at(self.question, self.start, quantities, places, "study.axes", report)
 
     def with_outcomes(self, outcomes: Sequence[CellOutcomes]) -> Self:
         """See ``CellRuns``: the outcomes are the same for all."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -11,21 +11,17 @@ import numpy as np
 from wucht.dynamics.run_ups.run_variations import VariedQuantity
 from wucht.dynamics.sampling.distributions import REPLICATES
 from wucht.dynamics.sampling.ensemble_equations import batching_obstacle
-from wucht.dynamics.sampling.ensemble_run import RunAdvice, member_advice, outcomes_of
+from wucht.dynamics.sampling.ensemble_run import member_advice, outcomes_at
 from wucht.dynamics.sampling.ensembles import (
     EnsembleQuestion,
     MemberOutcomes,
-    Report,
     Start,
     initial_states,
-    omission_warnings,
-    run_possible,
-    unrunnable_members,
+    omissions_among,
 )
 from wucht.dynamics.sampling.probability_bands import band
-from wucht.dynamics.sampling.searches import ProbabilityBounds
 from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES
-from wucht.dynamics.work import Work
+from wucht.dynamics.work import TaskReport, Work
 from wucht.schema import Parameter
 
 _PROBES = 64  # samples that are checked before the first run
@@ -33,17 +29,21 @@ _TILE = 1024  # runs in a unit of work
 
 
 @dataclass(frozen=True)
-class ProbabilityPoint(ProbabilityBounds):
-    """Outcomes of the runs at a value of the parameter, and the bounds of the probability of some outcomes.
+class ProbabilityPoint:
+    """Outcomes of the runs at a value of the parameter, and the confidence bounds of the probability of some outcomes.
 
-    inside, open: number of runs of each replicate (R,) with one of these, and with an unknown outcome. advice: where no run has
-    a verdict.
+    inside, open: number of runs of each replicate (R,) with one of these, and with an unknown outcome. advice, needed_time:
+    where no run has a verdict.
     """
 
+    value: float
+    low: float
+    high: float
     members: MemberOutcomes
     inside: np.ndarray
     open: np.ndarray
-    advice: RunAdvice | None = None
+    advice: str | None = None
+    needed_time: float | None = None
 
     @classmethod
     def of(cls, value: float, members: MemberOutcomes, outcomes: Sequence[str], confidence: float) -> ProbabilityPoint:
@@ -99,11 +99,8 @@ class RandomRuns:
         """
         extremes = np.unique([f(row) for row in samples for f in (np.argmin, np.argmax)])
         probes = np.unique([*extremes, *np.linspace(0, samples.shape[1] - 1, _PROBES).astype(int)])
-        for value in ends:
-            members = self.members(value, samples[:, probes])
-            impossible_members = unrunnable_members(self.question_at(value).machine, *members)
-        possible = next((p for m, p in enumerate(probes) if m not in impossible_members), probes[0])
-        return omission_warnings(self.question_at(ends[-1]), self.start, self.quantities, samples[:, possible].tolist())
+        self.members(ends[0], samples[:, probes])
+        return omissions_among(self.question_at(ends[-1]), self.start, self.quantities, samples[:, probes], "study.random")
 
     def point(self, value: float, samples: np.ndarray, work: Work) -> ProbabilityPoint:
         """Run all samples (q, M) at a value of the parameter; where no run has a verdict, with the advice of one of them.
@@ -118,14 +115,14 @@ class RandomRuns:
             first_members = self.outcomes(value, samples[:, ::size], work.part("first", 0.0, 1 / size))
             point = self._counted_point(value, first_members)
             if not point.is_undecided:
-                order = np.arange(count).reshape(REPLICATES, size)
-                rest = order[:, 1:].ravel()
+                numbers = np.arange(count).reshape(REPLICATES, size)
+                first, rest = numbers[:, 0], numbers[:, 1:].ravel()
                 rest_members = self.outcomes(value, samples[:, rest], work.part("rest", 1 / size, 1.0))
-                places = np.argsort(np.concatenate([order[:, 0], rest]))
-                point = self._counted_point(value, MemberOutcomes.join([first_members, rest_members]).select(places))
+                point = self._counted_point(value, MemberOutcomes.join_in_order([first_members, rest_members], [first, rest]))
         if not point.is_undecided:
             return point
-        return replace(point, advice=work.unit("advice", partial(self._advice, value, samples[:, :1])))
+        advice, needed_time = work.unit("advice", partial(self._advice, value, samples[:, :1]))
+        return replace(point, advice=advice, needed_time=needed_time)
 
     def _counted_point(self, value: float, members: MemberOutcomes) -> ProbabilityPoint:
         return ProbabilityPoint.of(value, members, self.counted_outcomes, self.confidence)
@@ -137,14 +134,9 @@ class RandomRuns:
         outcomes = dict(work.units(tasks, f"{self.along.path} = {value:.4g}"))
         return MemberOutcomes.join([outcomes[name] for name in tiles])
 
-    def _outcomes_of_tile(self, value: float, samples: np.ndarray, report: Report) -> MemberOutcomes:
-        question = self.question_at(value)
+    def _outcomes_of_tile(self, value: float, samples: np.ndarray, report: TaskReport) -> MemberOutcomes:
+        return outcomes_at(self.question_at(value), self.start, self.quantities, samples, "study.random", report)
 
-        def run(starts: np.ndarray, values: Mapping[str, np.ndarray]) -> MemberOutcomes:
-            return outcomes_of(question, starts, values, report=report)
-
-        return run_possible(run, question.machine, *self.members(value, samples))
-
-    def _advice(self, value: float, sample: np.ndarray) -> RunAdvice:
+    def _advice(self, value: float, sample: np.ndarray) -> tuple[str | None, float | None]:
         starts, values = self.members(value, sample)
         return member_advice(self.question_at(value), starts[:, 0], {name: float(at[0]) for name, at in values.items()})

@@ -10,7 +10,7 @@ import numpy as np
 
 from wucht.analysis.vibration import Vibration
 from wucht.dynamics.sampling.attractors import Attractor
-from wucht.dynamics.sampling.ensemble_equations import Equations, NumberedMembers, Variants
+from wucht.dynamics.sampling.ensemble_equations import Variants
 from wucht.dynamics.sampling.member_quantities import MemberQuantities
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import (
@@ -100,11 +100,10 @@ class MemberRecord:
 
 @dataclass(frozen=True)
 class ScreeningObserver:
-    """The observer. equations, variants: of all members, by their numbers. quantities: what the samples are. final: all are
+    """The observer. quantities: what the samples are. variants: of all members, by their numbers. final: all are
     judged at the end of the pace, the requested time; else each when it has settled. noise: of the integration. attractors: on
     which they may end. resonances, vibrations: those computed so far."""
 
-    equations: Equations
     quantities: MemberQuantities
     variants: Variants
     attractors: tuple[Attractor, ...]
@@ -116,7 +115,6 @@ class ScreeningObserver:
 
     def begin(self, members: Members) -> MemberRecord:
         """Return the first record: see ``Observer``."""
-        assert isinstance(members, NumberedMembers)
         m = len(members)
         outcome, settling_time = np.full(m, UNDECIDED_OUTCOME, np.int8), np.full(m, np.nan)
         envelopes = np.empty((4, PARTS, m), _SINGLE)
@@ -142,8 +140,10 @@ class ScreeningObserver:
         outcome = np.where(is_decided, outcome, UNDECIDED_OUTCOME)
         settling_time, endings = np.full(len(outcome), np.nan), np.flatnonzero(outcome != UNDECIDED_OUTCOME)
         settling_time[endings] = _settling_time(np.take(envelopes, endings, axis=-1), times[-1], free[endings])
+        needs_nothing = np.zeros(len(outcome), bool)
+        record = MemberRecord(record.number, outcome, needs_nothing, peak_distance_squared, settling_time, envelopes)
         if index:
-            self._assign_to_attractors((outcome, settling_time, peak_distance_squared), samples, envelopes, times[-1], free)
+            self._assign_to_attractors(record, samples, times[-1], free)
         if is_final:
             hopeless = self._is_hopeless(screening, late_speed, late_phases, envelopes, variants)
             hopeless &= outcome == UNDECIDED_OUTCOME
@@ -152,9 +152,7 @@ class ScreeningObserver:
         needs_classification = (outcome == UNDECIDED_OUTCOME) & (
             last | (not self.final and self._has_stalled(screening, index) & ~is_changing)
         )
-        record = MemberRecord(
-            record.number, outcome.astype(np.int8), needs_classification, peak_distance_squared, settling_time, envelopes
-        )
+        record = replace(record, outcome=outcome.astype(np.int8), needs_classification=needs_classification)
         return record, (outcome != UNDECIDED_OUTCOME) | needs_classification
 
     def final_record(self, record: MemberRecord) -> MemberRecord:
@@ -166,19 +164,9 @@ class ScreeningObserver:
         is_undecided = (screening.cycling | ~screening.nearing) & ~screening.has_settled
         return np.asarray(is_undecided & (index >= _WAIT_CHUNKS))
 
-    def _assign_to_attractors(
-        self,
-        results: tuple[np.ndarray, np.ndarray, np.ndarray],
-        samples: np.ndarray,
-        envelopes: np.ndarray,
-        end: float,
-        free: np.ndarray,
-    ) -> None:
-        """Fill in the results (M,) of those that stay near an attractor, by samples (K, v, M).
-
-        results: outcome, settling time, squared peak distance.
-        """
-        outcome, settling_time, peak_distance_squared = results
+    def _assign_to_attractors(self, record: MemberRecord, samples: np.ndarray, end: float, free: np.ndarray) -> None:
+        """Fill in what becomes of the members that stay near an attractor, by samples (K, v, M)."""
+        outcome, envelopes, peaks = record.outcome, record.envelopes, record.peak_distance_squared
         time_left = self.pace.end - end if self.final else math.inf
         speeds = np.array([envelopes[0, SAMPLES:].min(axis=0), envelopes[1, SAMPLES:].max(axis=0)])
         for attractor in self.attractors:
@@ -187,12 +175,12 @@ class ScreeningObserver:
             candidates = np.flatnonzero(outcome == UNDECIDED_OUTCOME)
             if not len(candidates):
                 return
-            members = attractor.resident_members(self.equations, self.quantities.states, samples, speeds, end / 2, candidates)
+            members = attractor.resident_members(self.quantities.points, samples, speeds, end / 2, candidates)
             outcome[members] = attractor.outcome
             arrival_time = _arrival_time(envelopes[..., members], end, attractor, free[members])
-            settling_time[members] = np.where(arrival_time <= end + time_left, arrival_time, np.nan)
+            record.settling_time[members] = np.where(arrival_time <= end + time_left, arrival_time, np.nan)
             if time_left or end / 2 >= attractor.period:
-                peak_distance_squared[members] = np.maximum(peak_distance_squared[members], attractor.peak_distance_squared)
+                peaks[members] = np.maximum(peaks[members], attractor.peak_distance_squared)
 
     @cached_property
     def _free_speeds(self) -> np.ndarray:

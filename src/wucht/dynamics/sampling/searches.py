@@ -108,54 +108,6 @@ def values_at(machine: Machine, variables: Sequence[Variable], numbers: Sequence
     return values
 
 
-_VALUE_ACCURACY = 1e-3  # of the range: the accuracy of the smallest value
-
-
-@dataclass(frozen=True)
-class ProbabilityBounds:
-    """Confidence bounds of the probability at a value of the parameter."""
-
-    value: float
-    low: float
-    high: float
-
-
-@dataclass(frozen=True)
-class Fall:
-    """A certain fall of the probability: its band at a value lies above that at a larger one."""
-
-    before: ProbabilityBounds
-    after: ProbabilityBounds
-
-
-def certain_fall(bounds: Sequence[ProbabilityBounds]) -> Fall | None:
-    """Return the deepest fall of the probability, from bounds in the order of their values; None: no fall is certain."""
-    falls = [Fall(a, b) for i, a in enumerate(bounds) for b in bounds[i + 1 :] if b.high < a.low]
-    return max(falls, key=lambda f: f.before.low - f.after.high, default=None)
-
-
-def smallest_value(bounds: Sequence[ProbabilityBounds], target: float) -> float | None:
-    """Return the smallest of some values, in order, from which on the lower bounds reach a target.
-
-    None: they do not, or the probability falls.
-    """
-    if not bounds or certain_fall(bounds) is not None or bounds[-1].low < target:
-        return None
-    below_target = [k for k, b in enumerate(bounds) if b.low < target]
-    return bounds[below_target[-1] + 1 if below_target else 0].value
-
-
-def next_sample_value(bounds: Sequence[ProbabilityBounds], target: float) -> float | None:
-    """Return the value to sample next to refine the smallest one; None: it is known well enough, or there is none."""
-    smallest = smallest_value(bounds, target)
-    if smallest is None or smallest == bounds[0].value:
-        return None
-    lower_value = max(b.value for b in bounds if b.value < smallest)
-    if smallest - lower_value <= _VALUE_ACCURACY * (bounds[-1].value - bounds[0].value):
-        return None
-    return (lower_value + smallest) / 2
-
-
 _NO_OBJECTIVE = 1e30  # in place of an objective that a candidate does not have
 
 

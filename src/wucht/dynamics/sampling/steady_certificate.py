@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from wucht.dynamics.sampling.ensemble_equations import Variants
+from wucht.dynamics.sampling.member_quantities import MemberQuantities
 from wucht.dynamics.verdicts.certificate import TOGETHER, TOLERANCE, MotionEnd, like_pairs, parting_pair, steady_time
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.machines.operation import free_speed
+from wucht.numerics.ensembles.members import EnsembleResult
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.system import System
 
 _STEADY = [OUTCOMES.index(o) for o in (Outcome.COMPENSATED, Outcome.PASSED, Outcome.CAPTURED)]
 _SPEED = 0.01  # share by which the speeds of one state differ at most
 
 
 def parting_members(
-    variants: Variants,
-    system: System,
-    parameter_values: np.ndarray,
-    outcomes: np.ndarray,
-    states: np.ndarray,
-    times: np.ndarray,
+    variants: Variants, quantities: MemberQuantities, outcomes: np.ndarray, ends: EnsembleResult[Any]
 ) -> np.ndarray:
     """Return the members that have come to a steady state in which like bodies are together, but which they leave.
 
@@ -31,22 +28,19 @@ def parting_members(
     ----------
     variants : Variants
         The machines of M members.
-    system : System
+    quantities : MemberQuantities
         Their equations.
-    parameter_values : ndarray, (V, p)
-        Of the equations, for each machine.
     outcomes : ndarray of int, (M,)
         Places in ``OUTCOMES``.
-    states : ndarray, (M, n)
-        In which they end.
-    times : ndarray, (M,)
-        Of their ends.
+    ends : EnsembleResult
+        States and times at which they end.
 
     Returns
     -------
     ndarray of int
         Their numbers.
     """
+    system, states = quantities.system, ends.states
     machine, names, index = variants.machines[0], system.state_names, variants.machine_index
     pairs = like_pairs(machine, names)
     if not pairs:
@@ -61,8 +55,8 @@ def parting_members(
     is_left = np.zeros(len(first), bool)
     for k, i in enumerate(first.tolist()):
         member, speed = members[i], float(speeds[i])
-        equations, values = partial(compile_system, system, TOLERANCE), parameter_values[index[member]]
-        end = MotionEnd(system, equations, values, states[member], float(times[member]))
+        equations, values = partial(compile_system, system, TOLERANCE), quantities.parameter_values[index[member]]
+        end = MotionEnd(system, equations, values, states[member], float(ends.times[member]))
         is_left[k] = bool(speed) and parting_pair(machine, end, steady_time(speed), is_steady=True) is not None
     return np.asarray(members[is_left[state_of.reshape(-1)]])
 

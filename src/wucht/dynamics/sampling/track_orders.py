@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,26 +17,16 @@ from wucht.machines.parts.base import ShaftPart
 from wucht.machines.parts.track import Track
 
 
-@dataclass(frozen=True)
-class Arrangement:
-    """Members (k,), by their numbers, whose bodies are in one order: their starts (n, k) and machines."""
-
-    members: np.ndarray
-    starts: np.ndarray
-    variants: Variants
-
-    def reference(self, machine: Machine) -> Machine:
-        """Return the machine of the question with its bodies in this order: what its members share, whichever they are."""
-        return self.variants.machines[0].with_unchecked_values(machine.values) if machine.tracks else machine
-
-
-def arrangements(machine: Machine, variants: Variants, starts: np.ndarray) -> Iterator[Arrangement]:
-    """Yield the members that start in states (n, M), by the order of the bodies on the tracks.
+def members_by_order(
+    machine: Machine, variants: Variants, starts: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray, Variants]]:
+    """Yield the members that start in states (n, M), by the order of the bodies on the tracks: the numbers (k,) of those in one
+    order, their starts (n, k) and machines.
 
     Raises ``InputError`` where bodies of a track overlap.
     """
     if not machine.tracks:
-        yield Arrangement(np.arange(starts.shape[1]), starts, variants)
+        yield np.arange(starts.shape[1]), starts, variants
         return
     new_starts = np.array(starts, float)
     groups = dict[tuple[tuple[str, ...], ...], dict[tuple[float, ...], tuple[Machine, list[int]]]]()
@@ -50,7 +39,7 @@ def arrangements(machine: Machine, variants: Variants, starts: np.ndarray) -> It
     for group in groups.values():
         members = np.array([i for _, same in group.values() for i in same])
         machine_index = np.repeat(np.arange(len(group)), [len(same) for _, same in group.values()])
-        yield Arrangement(members, new_starts[:, members], Variants(tuple(m for m, _ in group.values()), machine_index))
+        yield members, new_starts[:, members], Variants(tuple(m for m, _ in group.values()), machine_index)
 
 
 def _exchange_like_bodies(machine: Machine, state: np.ndarray) -> None:

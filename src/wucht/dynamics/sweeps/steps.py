@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 
 from wucht.dynamics.limit_sets.limit_set import whole_periods
-from wucht.dynamics.limit_sets.long_run import LongRunSettings, long_run
+from wucht.dynamics.limit_sets.long_run import long_run
 from wucht.dynamics.limit_sets.resting_states import decays
 from wucht.dynamics.sweeps.course import Ends, SweepCourse
 from wucht.dynamics.work import Work
@@ -76,13 +76,17 @@ class StateJump:
 
 @dataclass(frozen=True, eq=False)
 class SteppedEquations:
-    """Equations whose parameter is moved in steps. points: number of its values. start: state (n,) to settle from."""
+    """Equations whose parameter is moved in steps. points: number of its values. start: state (n,) to settle from.
+
+    tolerance, engine: as of ``long_run``.
+    """
 
     subject: Subject
     path: str
     points: int
     start: np.ndarray
-    settings: LongRunSettings
+    tolerance: float
+    engine: str | None
 
     def courses(self, ways: Mapping[str, Ends], work: Work) -> Iterator[SweepCourse]:
         """Yield the course after each way. ways: the ends of each. Raises ``RunError`` where the first motion fails."""
@@ -90,7 +94,7 @@ class SteppedEquations:
         yield course
         work.report(0.0, "settling")
         at_first = self.subject.with_values({self.path: first})
-        span, state = work.unit("settling", partial(_settle, at_first, self.start, self.settings))
+        span, state = work.unit("settling", partial(_settle, at_first, self.start, self.tolerance, self.engine))
         course = replace(course, span=span, rate=abs(last - first) / ((self.points - 1) * span))
         for k, (name, values) in enumerate(ways.items()):
             begin, end = (_FIRST + (1 - _FIRST) * n / len(ways) for n in (k, k + 1))
@@ -128,8 +132,8 @@ class SteppedEquations:
         self, values: np.ndarray, start: np.ndarray, span: float, report: Callable[[float], None]
     ) -> tuple[Way, np.ndarray]:
         """Move a parameter through values (V,) and return what is recorded, and the last state (n,). span: the time at each."""
-        subject, path, settings = self.subject, self.path, self.settings
-        compiled_system = compile_system(subject.system, settings.tolerance, (), settings.engine)
+        subject, path = self.subject, self.path
+        compiled_system = compile_system(subject.system, self.tolerance, (), self.engine)
         n, state = len(subject.system.states), np.asarray(start, float)
         low, high, mean = (np.full((n, len(values)), np.nan) for _ in range(3))
         maxima = np.full((n, len(values), MOST_MAXIMA), np.nan)
@@ -176,9 +180,9 @@ def _peaks(x: np.ndarray) -> np.ndarray:
     return np.asarray(b - np.where(bend < 0, (a - c) ** 2 / np.where(bend < 0, 8 * bend, -1.0), 0.0))
 
 
-def _settle(subject: Subject, start: np.ndarray, settings: LongRunSettings) -> tuple[float, np.ndarray]:
+def _settle(subject: Subject, start: np.ndarray, tolerance: float, engine: str | None) -> tuple[float, np.ndarray]:
     """Return the time in which the motion from a start (n,) settles, and its state at the end."""
-    run = long_run(subject, start, settings)
+    run = long_run(subject, start, None, tolerance, engine)
     if run.failure is not None:
         raise RunError(run.failure)
     return run.end_time, run.states[:, -1]

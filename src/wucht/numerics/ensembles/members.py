@@ -34,10 +34,13 @@ class Members:
         States at time zero, in the System's order and units.
     parameter_values : ndarray, (M, p)
         Of the parameters, in the System's order and units.
+    numbers : ndarray of int, (M,)
+        In the ensemble.
     """
 
     starts: np.ndarray
     parameter_values: np.ndarray
+    numbers: np.ndarray
 
     @classmethod
     def of(cls, starts: np.ndarray, parameter_values: np.ndarray | Sequence[float]) -> Members:
@@ -49,14 +52,16 @@ class Members:
         if start_states.ndim != 2 or values.ndim not in (1, 2) or (values.ndim == 2 and len(values) != len(start_states)):
             shapes = f"starts of the shape {start_states.shape} and parameters of the shape {values.shape}"
             raise WuchtError(f"{shapes} do not fit: members need (M, n) and (M, p) or (p,)", code="shape")
-        return cls(start_states, np.broadcast_to(values, (len(start_states), values.shape[-1])))
+        count = len(start_states)
+        return cls(start_states, np.broadcast_to(values, (count, values.shape[-1])), np.arange(count))
 
     def __len__(self) -> int:
         return len(self.starts)
 
     def part(self, first: int, last: int) -> Members:
         """Return the members from ``first`` on, before ``last``."""
-        return Members(self.starts[first:last], self.parameter_values[first:last])
+        selection = slice(first, last)
+        return Members(self.starts[selection], self.parameter_values[selection], self.numbers[selection])
 
 
 class Source(Protocol):

@@ -131,7 +131,7 @@ class CompiledBatch:
         self.programs, names = tuple(programs), _CODES[: len(programs)]
         self.code = MachineCode.of(module_text(list(zip(names, programs, strict=False)), WIDTH), names)
         self.advance = compile_stepper(lanes_stepper.advance_lanes, WIDTH)
-        self.is_angle = np.array([float(s in system.angles) for s in system.states])
+        self.is_angle = np.array(system.is_angle, float)
         self.tolerance = max(tolerance, SMALLEST_TOLERANCE)
         self.value_count, self.peak_count = len(quantities.values), len(quantities.peaks)
         self.peak_states = _states_of(self.programs[2])

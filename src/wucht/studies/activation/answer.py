@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from wucht.analysis.switching import Switching, switchable, switching
-from wucht.dynamics.sampling.choice import Line, Scores, nearest_cliff, sides_on_grid
+from wucht.dynamics.sampling.choice import Scores, nearest_cliff, sides_on_grid
 from wucht.machines.machine import Machine
 from wucht.machines.operation import natural_frequencies
 from wucht.results.formatting import number_text
@@ -169,8 +169,7 @@ def _best_group(groups: list[Group]) -> Group | None:
     scores = Scores(peaks, np.zeros(peaks.shape, bool))
     k = int(scores.order[0])
     sides = sides_on_grid(values, k)
-    lines = [Line(_AXES[axis], values[beside, axis].tolist(), beside) for axis, beside in sides]
-    cliff = nearest_cliff(scores, k, dict(zip(_AXES, values[k].tolist(), strict=True)), lines)
+    cliff = nearest_cliff(scores, k, _AXES, values, sides)
     nearest = [groups[beside[0]] for _, beside in sides if beside]
     return groups[k] | {
         "neighbours": [{name: g[name] for name in (*_AXES, "peak_amplitude")} for g in nearest],

@@ -147,10 +147,10 @@ def state_times(a: Answer, runs: OutcomeRuns, last: Level, labels: Labels, share
 
 def _state_failures(a: Answer, map_: OutcomeMap, levels: tuple[Level, ...]) -> None:
     failures = [
-        (level.halvings, int(tile.cells[m]), reason)
+        (level.halvings, int(cells[m]), reason)
         for level in levels
-        for tile in level.tiles
-        for m, reason in tile.members.failures
+        for cells, members in level.tiles
+        for m, reason in members.failures
     ]
     count = a.number("failures", len(failures), "number of runs that failed")
     for halvings, cell, reason in failures[:_MOST_FAILURES]:

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from wucht.dynamics.sampling.distributions import REPLICATES, Indices
-from wucht.dynamics.sampling.ensemble_run import RunAdvice, integration_note
+from wucht.dynamics.sampling.ensemble_run import integration_note
 from wucht.dynamics.sampling.ensembles import MemberOutcomes
 from wucht.dynamics.sampling.random_runs import ProbabilityPoint, RandomRuns
-from wucht.dynamics.sampling.searches import ProbabilityBounds, certain_fall, smallest_value
+from wucht.dynamics.sampling.smallest_value import certain_fall, smallest_value
 from wucht.results.formatting import percent
 from wucht.studies.answer import Answer
 
@@ -38,8 +38,8 @@ def state_probabilities(a: Answer, prepared: Prepared, points: Sequence[Probabil
         estimate = None if p.is_undecided else p.estimate
         row = {along.path: p.value, "estimate": estimate, "low": p.low, "high": p.high, "not_identified": p.open_share}
         rows.append({**row, "fractions": shares})
-        if p.advice is not None:
-            rows[-1] |= {"advice": p.advice.sentence, "advised_time": p.advice.needed_time}
+        if p.is_undecided:
+            rows[-1] |= {"advice": p.advice, "advised_time": p.needed_time}
         share = "not known" if estimate is None else f"{100 * estimate:.3g} %"
         open_clause = f", {percent(p.open_share)} without a verdict" if p.open_share else ""
         a.line("" if k else "probability", f"{_place(runs, p.value)}: {share} ({_band(p)}){open_clause}")
@@ -83,7 +83,7 @@ def _target_sentence(runs: RandomRuns, points: Sequence[ProbabilityPoint], targe
     if last.is_undecided:
         return f"whether {target:g} is reached is not known: no run at {along.value_text(last.value, 5)} has a verdict"
     if (fall := certain_fall(points)) is not None:
-        before, after = (f"{_band(x)} at {along.value_text(x.value, 5)}" for x in (fall.before, fall.after))
+        before, after = (f"{_band(x)} at {along.value_text(x.value, 5)}" for x in fall)
         falls = f"the share that ends as {' or '.join(runs.counted_outcomes)} falls from {before} to {after}"
         return f"no smallest {along.sentence_name}: {sure} {falls}"
     if reached_value is None:
@@ -107,9 +107,9 @@ def state_runs(a: Answer, prepared: Prepared, points: Sequence[ProbabilityPoint]
     fewer = f"; fewer at {missing} of them, where none has a verdict" if count < size * len(points) else ""
     a.line("runs", f"{count}: {size} at each of {len(points)} values{search_clause}{fewer}")
     _state_sensitivity(a, prepared, cross)
-    advice = _advice(points)
-    a.number("advice", advice and advice.sentence, "advice, where all runs of a value are undecided")
-    a.number("advised_time", advice and advice.needed_time, "sufficient time of a run", "time")
+    longest = _longest_undecided(points)
+    a.number("advice", longest and longest.advice, "advice, where all runs of a value are undecided")
+    a.number("advised_time", longest and longest.needed_time, "sufficient time of a run", "time")
     a.number("model", runs.question.model, "equations")
     a.line("integrated", a.number("integration", integration_note(runs.question_at(grid[0])), "method of integration"))
 
@@ -174,14 +174,14 @@ def warn(a: Answer, prepared: Prepared, points: Sequence[ProbabilityPoint], cros
 
 def _undecided_in_words(a: Answer, runs: RandomRuns, points: Sequence[ProbabilityPoint]) -> str:
     """Name the values at which no run has a verdict, and what to change: the advice of a run that needs the longest time."""
-    advice, along = _advice(points), runs.along
+    longest, along = _longest_undecided(points), runs.along
     values = ", ".join(f"{p.value:.5g}" for p in points[:_MOST_NAMED])
     more = f" and {len(points) - _MOST_NAMED} more values" if len(points) > _MOST_NAMED else ""
     places = f"{along.sentence_name} = {values}{more}" + f" {along.unit}".rstrip()
-    reason = f" ({advice.sentence})" if advice is not None and advice.sentence else ""
+    reason = f" ({longest.advice})" if longest is not None and longest.advice else ""
     remedy = "give study.until" if runs.question.until is None else f"give a longer study.until than {runs.question.until:g}"
     unit = f" {a.unit('time')}".rstrip()
-    longer = remedy if advice is None or advice.needed_time is None else f"{remedy}, as {advice.needed_time:g}{unit}"
+    longer = remedy if longest is None or longest.needed_time is None else f"{remedy}, as {longest.needed_time:g}{unit}"
     return f"there is no probability at {places}: no run there has a verdict{reason}, and any share is possible; {longer}"
 
 
@@ -198,9 +198,9 @@ def _warn_of_failures(a: Answer, prepared: Prepared, points: Sequence[Probabilit
         a.warn(f"{len(failures) - _MOST_FAILURES} more runs failed")
 
 
-def _advice(points: Sequence[ProbabilityPoint]) -> RunAdvice | None:
-    """Return the advice of the value without a verdict that needs the longest runs; None where there is no such value."""
-    return max((p.advice for p in points if p.advice is not None), key=lambda advice: advice.needed_time or 0.0, default=None)
+def _longest_undecided(points: Sequence[ProbabilityPoint]) -> ProbabilityPoint | None:
+    """Return the point without a verdict that needs the longest runs; None where there is no such point."""
+    return max((p for p in points if p.is_undecided), key=lambda p: p.needed_time or 0.0, default=None)
 
 
 def _level(runs: RandomRuns) -> str:
@@ -211,8 +211,8 @@ def _place(runs: RandomRuns, value: float) -> str:
     return f"{runs.along.path} = {value:.5g} {runs.along.unit}".rstrip()
 
 
-def _band(bounds: ProbabilityBounds) -> str:
-    return f"{100 * bounds.low:.3g} to {100 * bounds.high:.3g} %"
+def _band(point: ProbabilityPoint) -> str:
+    return f"{100 * point.low:.3g} to {100 * point.high:.3g} %"
 
 
 def _ends(runs: RandomRuns) -> str:

@@ -25,7 +25,7 @@ from wucht.dynamics.sampling.distributions import (
 )
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion
 from wucht.dynamics.sampling.random_runs import ProbabilityPoint, RandomRuns
-from wucht.dynamics.sampling.searches import next_sample_value
+from wucht.dynamics.sampling.smallest_value import next_sample_value
 from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES, RESONANCE_PASSED, Outcome
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, nearest

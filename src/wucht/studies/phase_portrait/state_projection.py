@@ -56,7 +56,7 @@ def _answer(
 ) -> Answer:
     """equilibria: (n, e), with their eigenvalues. runs: the trajectories."""
     a, rows, names = Answer(), projection.rows, subject.system.state_names
-    turning = [int(s in subject.system.angles) for s in subject.system.states]
+    turning = list(map(int, subject.system.is_angle))
     a.attribute(abscissa=rows[0], ordinate=rows[1], turning=turning, subject="system")
     a.assume(f"equilibria are those to which Newton's method leads from {SEARCHES} starts in the ranges: there may be more")
     kinds, sets = [equilibrium_kind(e) for e in eigenvalues], distinct_limit_sets(runs)

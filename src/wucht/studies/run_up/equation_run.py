@@ -12,7 +12,7 @@ import numpy as np
 from wucht.dynamics.limit_sets.conservation import CONSERVATIVE_MOTION, preserves_volume
 from wucht.dynamics.limit_sets.descriptions import sentence_of
 from wucht.dynamics.limit_sets.limit_set import MotionKind
-from wucht.dynamics.limit_sets.long_run import INTERVALS, LongRun, LongRunSettings, long_run
+from wucht.dynamics.limit_sets.long_run import INTERVALS, LongRun, long_run
 from wucht.dynamics.work import Work
 from wucht.machines.subject import Subject
 from wucht.studies.answer import Answer
@@ -30,14 +30,17 @@ _VARIABLES_OF_CASES = ("time", "states", "limit_time", "limit_states")
 class EquationRun:
     """A run of equations. start: the state by name. value: of the parameter ``along``.
 
-    most_samples, most_places: numbers that are stored at most, over time and of what the motion tends to.
+    until, tolerance, engine: as of ``long_run``. most_samples, most_places: numbers that are stored at most, over time and of
+    what the motion tends to.
     """
 
     label: str
     start: Mapping[str, Any]
     value: float | None
     subject: Subject
-    settings: LongRunSettings
+    until: float | None
+    tolerance: float
+    engine: str | None
     most_samples: int
     most_places: int
 
@@ -48,9 +51,9 @@ class EquationRun:
 
     def answers(self, work: Work) -> Iterator[Answer]:
         """Integrate it, and yield its answer."""
-        report = partial(_tell_time, work.open_ended, self.settings.until)
-        run = work.unit("run", partial(long_run, self.subject, np.array(list(self.start.values())), self.settings, report))
-        yield Answer(self.subject.units, partial(_fill_run, self, run))
+        report, state = partial(_tell_time, work.open_ended, self.until), np.array(list(self.start.values()))
+        follow = partial(long_run, self.subject, state, self.until, self.tolerance, self.engine, report=report)
+        yield Answer(self.subject.units, partial(_fill_run, self, work.unit("run", follow)))
 
     def state_many(
         self, along: str | None, runs: Sequence[Any], answers: Sequence[Answer], finished_count: int, a: Answer
@@ -75,7 +78,7 @@ def _fill_run(question: EquationRun, run: LongRun, a: Answer) -> None:
     if limit is not None and limit.attracts is None and preserves_volume(question.subject):
         a.sentence += f"; {CONSERVATIVE_MOTION}"
     a.verdict = f"{str(run.kind).upper()}, {a.sentence}"
-    a.attribute(outcome=str(run.kind), engine=run.engine, tolerance=question.settings.tolerance, subject="system")
+    a.attribute(outcome=str(run.kind), engine=run.engine, tolerance=question.tolerance, subject="system")
     if run.advised_time is not None:
         a.warn(
             f"the run until {run.end_time:.5g} is too short to tell what the motion tends to; study.until = "
@@ -94,7 +97,7 @@ def _fill_run(question: EquationRun, run: LongRun, a: Answer) -> None:
     thin = max(1, -(-(len(run.time) - 1) // (most - 1)))
     a.curve("time", run.time[::thin], "time")
     a.curve("state", list(names), "state")
-    a.curve("is_angle", [int(s in system.angles) for s in system.states], "1 of an angle", "", "state", coordinate=True)
+    a.curve("is_angle", list(map(int, system.is_angle)), "1 of an angle", "", "state", coordinate=True)
     a.curve("states", run.states[:, ::thin], "value of the state", "", "state time")
     times, states = (np.empty(0), np.empty((len(names), 0))) if limit is None else limit.samples(question.most_places)
     a.curve("limit_time", times, "time on what the motion tends to", "", "place")

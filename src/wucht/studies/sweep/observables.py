@@ -116,7 +116,7 @@ def _state_steps(sweep: SteppedEquations, a: Answer, parameter: Parameter, cours
     a.attribute(subject="system")
     _state_direction(a, parameter, course, records("values", len(course.ways), sweep.points), "direction step")
     a.curve("state", list(system.state_names), "state")
-    angles = [int(s in system.angles) for s in system.states]
+    angles = list(map(int, system.is_angle))
     a.curve("is_angle", angles, "1 of an angle", "", "state", coordinate=True)
     for name, word in {"low": "least value", "high": "largest value", "mean": "mean value"}.items():
         a.curve(name, records(name, *shape), f"{word} of the state", "", "direction state step")
