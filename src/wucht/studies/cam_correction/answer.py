@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from wucht.cams.corrected_contours import CheckedContour, Proof
-from wucht.cams.correction import Deviation, LeftOut, MotionOverTime, Purity, residual_of_all
+from wucht.cams.correction import Deviation, MotionOverTime, Purity, residual_of_all
 from wucht.cams.drive import CamDrive
 from wucht.cams.drive_cams import DriveCams
 from wucht.cams.dwells import dwells_of, position_error
@@ -16,6 +16,7 @@ from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.shape import CAM_LABELS, Shape, largest_pressure_angle, least_convex_radius, pressure_angle_remarks
 from wucht.cams.undercut import RadiusAt
 from wucht.cams.workshop.heading import CAM_VERSIONS
+from wucht.measurements.order_checks import OmittedOrder
 from wucht.measurements.shaft_signal import TURN
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.studies.answer import Answer
@@ -163,7 +164,7 @@ def state_purity(
     purity: Purity,
     deviations: Sequence[Deviation],
     shares: Sequence[float],
-    left_out: Sequence[LeftOut],
+    left_out: Mapping[OmittedOrder, float],
     point_count: int,
 ) -> None:
     """State the verdict: orders above N after the correction and before it, and those obtained from points of the contour."""

@@ -113,7 +113,7 @@ class CamCorrection(Study):
         examined_count = self._examined_orders(purity)
         last_order = min(last_order_above(spectra[0].amplitudes), MOST_ORDERS)
         is_chosen = self.orders is not None or purity.count is None  # infinitely many do not fit a figure
-        fitted_count = 0 if measurement is None else measurement.comparison.measured_orders.count
+        fitted_count = 0 if measurement is None else measurement.measured_orders.count
         shown_count = max(examined_count, fitted_count, 0 if is_chosen else last_order)
         proofs = dict[str, Proof]()
         for i, (name, contour) in enumerate(after.items()):
