@@ -14,7 +14,6 @@ import pytest
 
 from wucht.dynamics.limit_sets.basins import StartOutcomes, start_outcomes
 from wucht.dynamics.limit_sets.limit_set import MotionKind
-from wucht.dynamics.limit_sets.long_run import LongRunSettings
 from wucht.files.user_system import UserSystem, equations_from
 
 PUBLISHED_STARTS = 1000
@@ -41,7 +40,7 @@ def magnets() -> UserSystem:
 @cache
 def shares_of_lorenz_84(count: int) -> dict[MotionKind, float]:
     starts = np.random.default_rng(0).uniform(-3, 3, (3, count))
-    outcomes = start_outcomes(lorenz_84(), starts, LongRunSettings(tolerance=1e-9))
+    outcomes = start_outcomes(lorenz_84(), starts, tolerance=1e-9)
     assert (outcomes.outcome >= 0).all()
     return {one.kind: float((outcomes.outcome == k).mean()) for k, one in enumerate(outcomes.attractors)}
 
@@ -85,7 +84,7 @@ def test_a_pendulum_over_three_magnets(published: dict[str, float]) -> None:
     """Starts at rest in the square -2 to 2; the second set of fractions is that of the later file."""
     starts = np.zeros((4, 3000))
     starts[:2] = np.random.default_rng(0).uniform(-2, 2, (2, 3000))
-    shares = shares_of_magnets(start_outcomes(magnets(), starts, LongRunSettings(tolerance=1e-9)))
+    shares = shares_of_magnets(start_outcomes(magnets(), starts, tolerance=1e-9))
     assert shares.keys() == published.keys()
     for name, share in shares.items():
         assert agrees(share, 3000, published[name]), name

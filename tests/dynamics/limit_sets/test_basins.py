@@ -10,11 +10,8 @@ from scipy.integrate import solve_ivp
 
 from wucht.dynamics.limit_sets.basins import DIVERGES, FAILED, NEUTRAL, StartOutcomes, start_outcomes
 from wucht.dynamics.limit_sets.limit_set import MotionKind
-from wucht.dynamics.limit_sets.long_run import LongRunSettings
 from wucht.errors import WuchtError
 from wucht.files.user_system import UserSystem, equations_from
-
-SETTINGS = LongRunSettings(tolerance=1e-9)
 
 
 def equations(states: dict[str, str], **more: object) -> UserSystem:
@@ -23,7 +20,7 @@ def equations(states: dict[str, str], **more: object) -> UserSystem:
 
 def test_both_wells_have_the_starts_on_their_side() -> None:
     x = np.linspace(-2, 2, 40)
-    outcomes = start_outcomes(equations({"x": "x - x^3", "y": "-y"}), np.array([x, np.ones(40)]), SETTINGS)
+    outcomes = start_outcomes(equations({"x": "x - x^3", "y": "-y"}), np.array([x, np.ones(40)]), tolerance=1e-9)
     places = np.array([one.mean[0] for one in outcomes.attractors])
     assert places[outcomes.outcome] == pytest.approx(np.sign(x))
 
@@ -33,20 +30,20 @@ def test_an_orbit_and_an_equilibrium_are_told_apart() -> None:
     k = "(x^2 + y^2 - 1)*(4 - x^2 - y^2)"
     r = np.linspace(0.1, 2.9, 30)  # none of them within rounding of 1
     subject = equations({"x": f"x*{k} - y", "y": f"y*{k} + x"})
-    outcomes = start_outcomes(subject, np.array([r, np.zeros(30)]), SETTINGS)
+    outcomes = start_outcomes(subject, np.array([r, np.zeros(30)]), tolerance=1e-9)
     kinds = [outcomes.attractors[k].kind for k in outcomes.outcome.tolist()]
     assert kinds == [MotionKind.EQUILIBRIUM if one < 1 else MotionKind.PERIODIC for one in r]
 
 
 def test_starts_that_lead_to_infinity_diverge() -> None:
     x = np.array([-0.5, 0.5, 0.99, 1.01, 2.0, 5.0, 0.0, 3.0])
-    outcomes = start_outcomes(equations({"x": "-x + x^3"}), x[None], SETTINGS)
+    outcomes = start_outcomes(equations({"x": "-x + x^3"}), x[None], tolerance=1e-9)
     assert (outcomes.outcome == DIVERGES).tolist() == (x > 1).tolist()
 
 
 def test_a_start_on_an_unstable_equilibrium_is_told_and_draws_no_others() -> None:
     x = np.array([0.0, 1e-5, -1e-5, 0.5, -0.5, 1.5, -1.5])
-    outcomes = start_outcomes(equations({"x": "x - x^3"}), x[None], SETTINGS)
+    outcomes = start_outcomes(equations({"x": "x - x^3"}), x[None], tolerance=1e-9)
     assert [outcomes.attractors[k].attracts for k in outcomes.outcome.tolist()] == [False, *[True] * 6]
 
 
@@ -54,7 +51,7 @@ def test_forced_motions_are_distinguished_by_their_phase() -> None:
     """x'' = -0.2 x' + x - x^3 + 0.1 cos t: an oscillation in each well."""
     x = np.linspace(-1.4, 1.4, 12)
     outcomes = start_outcomes(
-        equations({"x": "v", "v": "-0.2*v + x - x^3 + 0.1*cos(t)"}), np.array([x, np.zeros(12)]), SETTINGS
+        equations({"x": "v", "v": "-0.2*v + x - x^3 + 0.1*cos(t)"}), np.array([x, np.zeros(12)]), tolerance=1e-9
     )
     assert sorted(np.sign(one.mean[0]) for one in outcomes.attractors) == [-1, 1]
     assert [one.period for one in outcomes.attractors] == pytest.approx([2 * np.pi] * 2)
@@ -70,7 +67,7 @@ def test_forced_motions_are_distinguished_by_their_phase() -> None:
 def test_conservative_equations_have_no_basins(states: dict[str, str], sentence: str) -> None:
     starts = np.full((len(states), 2), 0.3)
     with pytest.raises(WuchtError, match=sentence):
-        start_outcomes(equations(states), starts, SETTINGS)
+        start_outcomes(equations(states), starts, tolerance=1e-9)
 
 
 def ends_of(outcomes: StartOutcomes) -> np.ndarray:
@@ -89,7 +86,7 @@ def test_wells_of_equal_shape_have_equal_shares(dimensions: int, cells: int) -> 
     places = -2 + 4 * (np.arange(cells) + 0.5) / cells
     places[np.abs(places) < 1e-12] = 0.0
     starts = np.array(list(itertools.product(places, repeat=dimensions))).T
-    outcomes = start_outcomes(equations({n: f"{n} - {n}^3" for n in names}), starts, SETTINGS)
+    outcomes = start_outcomes(equations({n: f"{n} - {n}^3" for n in names}), starts, tolerance=1e-9)
     assert ends_of(outcomes) == pytest.approx(np.sign(starts).T, abs=1e-9)
     assert len(outcomes.attractors) == (3 if cells % 2 else 2) ** dimensions
     assert all(one.attracts == (one.mean != 0).all() for one in outcomes.attractors)
@@ -99,7 +96,7 @@ def test_wells_of_equal_shape_have_equal_shares(dimensions: int, cells: int) -> 
 def test_starts_on_a_separatrix_end_in_its_saddle() -> None:
     """A genetic toggle switch is symmetric about x = y; there x (1 + x^2) = 3 at rest (Gardner, Cantor, Collins 2000)."""
     x, y = map(np.ravel, np.meshgrid(*[0.2 * np.arange(20) + 0.1] * 2))
-    outcomes = start_outcomes(equations({"x": "3/(1 + y^2) - x", "y": "3/(1 + x^2) - y"}), np.array([x, y]), SETTINGS)
+    outcomes = start_outcomes(equations({"x": "3/(1 + y^2) - x", "y": "3/(1 + x^2) - y"}), np.array([x, y]), tolerance=1e-9)
     ends = ends_of(outcomes)
     assert np.sign(ends[:, 0] - ends[:, 1])[x != y] == pytest.approx(np.sign(x - y)[x != y])
     assert ends[x == y] == pytest.approx(1.2134116627622296, abs=1e-9)
@@ -109,13 +106,13 @@ def test_starts_on_a_separatrix_end_in_its_saddle() -> None:
 def test_a_rest_that_rounding_ends_is_none() -> None:
     """x' = (x - x^3)/100 from 1e-15: for 3000 units the motion rests at 0, but for rounding, and leaves."""
     x = np.array([0.0, 1e-15, -1e-15, 1e-3, -1e-3, 0.5, 1.5])
-    outcomes = start_outcomes(equations({"x": "0.01*(x - x^3)", "y": "-y"}), np.array([x, np.ones(7)]), SETTINGS)
+    outcomes = start_outcomes(equations({"x": "0.01*(x - x^3)", "y": "-y"}), np.array([x, np.ones(7)]), tolerance=1e-9)
     assert ends_of(outcomes)[:, 0] == pytest.approx(np.sign(x), abs=1e-9)
 
 
 def test_starts_from_far_away_do_not_widen_the_reach_of_an_equilibrium() -> None:
     x = np.array([5000.0, 0.3, -0.3, 1.5, -1.5, 5000.0, -0.01, -5000.0])
-    outcomes = start_outcomes(equations({"x": "(x - x^3)/(1 + x^2)"}), x[None], SETTINGS)
+    outcomes = start_outcomes(equations({"x": "(x - x^3)/(1 + x^2)"}), x[None], tolerance=1e-9)
     assert ends_of(outcomes)[:, 0] == pytest.approx(np.sign(x), abs=1e-9)
 
 
@@ -134,7 +131,7 @@ def test_random_gradient_systems_end_where_an_integration_ends(seed: int) -> Non
     numbers = {f"{n}{k}": float(v[k]) for n, v in (("a", a), ("s", s), ("p", p), ("q", q)) for k in range(4)}
     starts = random.uniform(-2.5, 2.5, (2, 64))
     subject = equations(PULLS, definitions=GAUSSIANS, parameters=numbers)
-    outcomes = start_outcomes(subject, starts, SETTINGS)
+    outcomes = start_outcomes(subject, starts, tolerance=1e-9)
 
     def rates(_: float, flat: np.ndarray) -> np.ndarray:
         x, y = flat.reshape(2, -1)
@@ -150,7 +147,7 @@ def test_a_start_without_a_result_has_a_reason_and_ends_nothing() -> None:
     """For y > 0 x slides along the jump of its rate at 0, for y < 0 it tends to 3."""
     y = np.linspace(-1.5, 1.5, 8)
     states = {"x": "-sign(x)*(1 + sign(y)) - (1 - sign(y))*(x - 3)", "y": "y - y^3"}
-    outcomes = start_outcomes(equations(states), np.array([np.ones(8), y]), SETTINGS)
+    outcomes = start_outcomes(equations(states), np.array([np.ones(8), y]), tolerance=1e-9)
     assert (outcomes.outcome == FAILED).tolist() == (y > 0).tolist()
     assert [outcomes.attractors[k].mean.tolist() for k in outcomes.outcome[y < 0]] == [pytest.approx([3.0, -1.0])] * 4
     assert [member for member, _ in outcomes.failures] == np.flatnonzero(y > 0).tolist()
@@ -161,7 +158,7 @@ def test_a_part_without_attractors_leaves_the_basins_of_the_rest() -> None:
     """r' = r (r^2 - 1)(4 - r^2) beyond r = 1, within it circles about the origin: nothing attracts there."""
     m = "max(0, x^2 + y^2 - 1)*(4 - x^2 - y^2)"
     r = np.array([1.5, 0.3, 0.6, 0.8, 1.2, 1.9, 2.5, 0.9])
-    outcomes = start_outcomes(equations({"x": f"{m}*x - y", "y": f"{m}*y + x"}), np.array([r, np.zeros(8)]), SETTINGS)
+    outcomes = start_outcomes(equations({"x": f"{m}*x - y", "y": f"{m}*y + x"}), np.array([r, np.zeros(8)]), tolerance=1e-9)
     assert (outcomes.outcome == NEUTRAL).tolist() == (r < 1).tolist()
     assert [str(outcomes.attractors[k].kind) for k in outcomes.outcome[r > 1]] == ["periodic"] * 4
     assert all("family" in reason for _, reason in outcomes.failures)
@@ -171,6 +168,6 @@ def test_rest_of_equations_that_depend_on_time_has_a_basin() -> None:
     """x' = -x (1 + sin(t)/2), y' = y - y^3: all start at rest or come to it."""
     y = np.array([-1.5, -0.2, 0.3, 1.7])
     states = {"x": "-x*(1 + sin(t)/2)", "y": "y - y^3"}
-    assert ends_of(start_outcomes(equations(states), np.array([y, y]), SETTINGS)) == pytest.approx(
+    assert ends_of(start_outcomes(equations(states), np.array([y, y]), tolerance=1e-9)) == pytest.approx(
         np.array([0 * y, np.sign(y)]).T, abs=1e-5
     )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind, forcing_period
-from wucht.dynamics.limit_sets.long_run import LongRun, LongRunSettings, long_run
+from wucht.dynamics.limit_sets.long_run import LongRun, long_run
 from wucht.errors import WuchtError
 from wucht.files.user_system import UserSystem, equations_from
 from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE
@@ -26,7 +26,7 @@ def run_of(
     until: float | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
 ) -> LongRun:
-    return long_run(equations(states, angles), np.array(start), LongRunSettings(until, tolerance))
+    return long_run(equations(states, angles), np.array(start), until=until, tolerance=tolerance)
 
 
 def limit_of(run: LongRun) -> LimitSet:
@@ -241,7 +241,7 @@ def mean_growth(damping: float, starts: np.ndarray, duration: float) -> np.ndarr
 @pytest.mark.parametrize(("damping", "until"), [(0.15, None), (0.25, None), (0.25, 10_000.0)])
 def test_a_driven_oscillator_with_two_wells_is_chaotic(damping: float, until: float | None) -> None:
     """To three standard errors of the estimate (its interval has 2.09, as Student's of 20 blocks) and of what is known."""
-    run = long_run(equations(DUFFING, ("th",), d=damping), np.array([1.0, 0.0, 0.0]), LongRunSettings(until))
+    run = long_run(equations(DUFFING, ("th",), d=damping), np.array([1.0, 0.0, 0.0]), until=until)
     known, known_error = KNOWN_EXPONENTS[damping]
     exponent = limit_of(run).exponent
     assert (run.kind, limit_of(run).attracts) == (MotionKind.CHAOTIC, None)

@@ -11,7 +11,6 @@ import numpy as np
 from wucht.dynamics.limit_sets.basins import DIVERGES, FAILED, NEUTRAL, NOT_SETTLED, StartOutcomes, start_outcomes
 from wucht.dynamics.limit_sets.conservation import CONSERVATIVE, preserves_volume
 from wucht.dynamics.limit_sets.limit_set import LimitSet
-from wucht.dynamics.limit_sets.long_run import LongRunSettings
 from wucht.dynamics.run_ups.run_variations import StartState, VariedQuantity
 from wucht.dynamics.system_states import state_row, states_from
 from wucht.dynamics.work import TaskReport
@@ -26,11 +25,13 @@ _MOST = 2048 * 2048  # runs in a unit of work: all of a round, as each may find 
 
 @dataclass(frozen=True, eq=False)
 class AttractorRuns:
-    """See ``CellRuns``. start: the states (n,) but for those that differ. known_sets: what earlier runs have found."""
+    """See ``CellRuns``. start: the states (n,) but for those that differ. until, tolerance: see ``long_run``. known_sets: what
+    earlier runs have found."""
 
     subject: Subject
     start: np.ndarray
-    settings: LongRunSettings
+    until: float | None
+    tolerance: float
     known_sets: tuple[LimitSet, ...] = ()
 
     number_type: ClassVar[type] = np.int16
@@ -39,11 +40,11 @@ class AttractorRuns:
     runs_in_a_unit: ClassVar[int] = _MOST
 
     @classmethod
-    def of(cls, subject: Subject, start: Mapping[str, Any], settings: LongRunSettings) -> Self:
+    def of(cls, subject: Subject, start: Mapping[str, Any], until: float | None, tolerance: float) -> Self:
         """Build them with the states that a study gives. Raises ``InputError``, also for equations without attractors."""
         if preserves_volume(subject):
             raise InputError("system", subject.title or None, f"has no basins: {CONSERVATIVE}", code="conservative")
-        return cls(subject, states_from(subject.system, start, "study.start"), settings)
+        return cls(subject, states_from(subject.system, start, "study.start"), until, tolerance)
 
     @property
     def unstable_labels(self) -> Sequence[int]:
@@ -72,7 +73,7 @@ class AttractorRuns:
         """See ``CellRuns``."""
         starts, names = np.repeat(self.start[:, None], places.shape[1], axis=1), self.subject.system.state_names
         starts[[names.index(quantity.name) for quantity in quantities]] = places
-        return start_outcomes(self.subject, starts, self.settings, report, self.known_sets)
+        return start_outcomes(self.subject, starts, self.until, self.tolerance, report, self.known_sets)
 
     def with_outcomes(self, outcomes: Sequence[Any]) -> Self:
         """See ``CellRuns``."""

@@ -13,18 +13,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from wucht.dynamics.limit_sets.conservation import CONSERVATIVE, preserves_volume
 from wucht.dynamics.limit_sets.limit_set import LimitSet, MotionKind, StateMetric, whole_periods
-from wucht.dynamics.limit_sets.long_run import LongRunSettings, long_run
+from wucht.dynamics.limit_sets.long_run import long_run
 from wucht.dynamics.limit_sets.resting_states import RestPoints, equilibrium_near, rests, state_extents
 from wucht.errors import WuchtError
 from wucht.machines.subject import Subject
 from wucht.numerics.ensembles.ensemble import compile_ensemble, run_ensemble
 from wucht.numerics.ensembles.members import Chunk, Members, Pace, Status
+from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE
 
 NOT_SETTLED, DIVERGES, FAILED, NEUTRAL = -1, -2, -3, -4  # members that tend to no known set
 _RESTS = -5  # a member at rest, before its equilibrium is known
@@ -67,17 +68,20 @@ class StartOutcomes:
 def start_outcomes(
     subject: Subject,
     starts: np.ndarray,
-    settings: LongRunSettings,
+    until: float | None = None,
+    tolerance: float = DEFAULT_TOLERANCE,
     report: Report | None = None,
     known_sets: tuple[LimitSet, ...] = (),
 ) -> StartOutcomes:
-    """Return where the runs from starts (n, M) end. known_sets: attractors of these equations, which keep their numbers.
+    """Return where the runs from starts (n, M) end.
+
+    until, tolerance: see ``long_run``. known_sets: attractors of these equations, which keep their numbers.
 
     Raises ``WuchtError`` where the equations preserve volume, or all runs that are followed first end on families of motions.
     """
     if preserves_volume(subject):
         raise WuchtError(CONSERVATIVE, code="conservative")
-    search = _Search(subject, starts, settings, report or (lambda _: None), known_sets)
+    search = _Search(subject, starts, until, tolerance, report or (lambda _: None), known_sets)
     search.survey()
     while len(search.open_members):
         search.advance()
@@ -92,14 +96,16 @@ class _Search:
         self,
         subject: Subject,
         starts: np.ndarray,
-        settings: LongRunSettings,
+        until: float | None,
+        tolerance: float,
         report: Report,
         known_sets: tuple[LimitSet, ...],
     ) -> None:
-        self.subject, self.starts, self.states, self.settings, self.report = subject, starts, starts.copy(), settings, report
+        self.subject, self.starts, self.states, self.report = subject, starts, starts.copy(), report
+        self.until, self.tolerance = until, tolerance
         self.labels = np.full(starts.shape[1], NOT_SETTLED)
         self.open_members = np.arange(starts.shape[1])
-        self.rest_points = None if subject.system.depends_on_time else RestPoints.of(subject, settings.tolerance)
+        self.rest_points = None if subject.system.depends_on_time else RestPoints.of(subject, tolerance)
         self.sets, self.reasons, self.span, self.alone, self.unsettled = list(known_sets), dict[int, str](), 0.0, 0, 0
 
     def survey(self) -> None:
@@ -131,8 +137,14 @@ class _Search:
         """Follow a member alone. Returns true if it settles on a set with a basin."""
         self.open_members = self.open_members[self.open_members != member]
         try:
-            settings = replace(self.settings, exponent_accuracy=_EXPONENT_ACCURACY)
-            run = long_run(self.subject, self.states[:, member], settings, lambda _time: self._tell())
+            run = long_run(
+                self.subject,
+                self.states[:, member],
+                until=self.until,
+                tolerance=self.tolerance,
+                exponent_accuracy=_EXPONENT_ACCURACY,
+                report=lambda _time: self._tell(),
+            )
         except WuchtError as error:
             self.labels[member], self.reasons[member] = FAILED, str(error)
             return False
@@ -162,7 +174,7 @@ class _Search:
 
     def advance(self) -> None:
         """Run all members without a label together, until each is near to a known set or at rest, or the time is over."""
-        ensemble = compile_ensemble(self.subject.system, self.settings.tolerance, (), self.settings.engine)
+        ensemble = compile_ensemble(self.subject.system, self.tolerance)
         chunk, values = self._chunk(), self.subject.system.values(self.subject.values)
         pace = Pace(chunk, _SAMPLES, chunk * max(_CHUNKS, math.ceil(self.span / chunk)))
         members = Members.of(self.states[:, self.open_members].T, values)
@@ -174,7 +186,7 @@ class _Search:
         self.labels[ids] = result.record.label
         self.open_members = ids[result.status == Status.LIMIT]
         for k in np.flatnonzero(result.status == Status.FAILED).tolist():
-            run = long_run(self.subject, result.states[k], LongRunSettings(2 * chunk, self.settings.tolerance))
+            run = long_run(self.subject, result.states[k], until=2 * chunk, tolerance=self.tolerance)
             self.labels[ids[k]] = DIVERGES if run.kind is MotionKind.DIVERGES else FAILED
             if run.kind is not MotionKind.DIVERGES:
                 self.reasons[int(ids[k])] = result.sentences[k]
@@ -185,7 +197,7 @@ class _Search:
         """Label members at rest by their equilibria, those at one of them together. ranges (n, R): of their states."""
         turning = np.array([s in self.subject.system.angles for s in self.subject.system.states])
         while len(members) and self.rest_points is not None:
-            first, tolerance = self.states[:, members[0]], self.settings.tolerance
+            first, tolerance = self.states[:, members[0]], self.tolerance
             metric = StateMetric.of(self.subject, state_extents(ranges[:, 0], first, turning, tolerance))
             equilibrium = equilibrium_near(self.subject, first, metric.sizes, tolerance)
             if equilibrium is None:  # Newton's method leads elsewhere: it is followed alone

@@ -35,33 +35,6 @@ Heartbeat = Callable[[float], None]  # called with the time reached; may raise `
 _SETTLED_SHARE = 1.2  # of its settling time: a motion is shown until then
 
 
-@dataclass(frozen=True)
-class LongRunSettings:
-    """How long a run is, and how it is integrated.
-
-    Parameters
-    ----------
-    until : float, optional
-        The end of the run; None: until it is known what the motion tends to.
-    tolerance : float
-    engine : str, optional
-        As in ``compile_system``.
-    exponent_accuracy : float
-        Half the width of the interval of a positive Lyapunov exponent, relative to it, that is aimed at.
-    first_leg : float, optional
-        The time of the first leg without a given end; by default a multiple of that in which the states change.
-    legs : int
-        The largest number of legs without a given end: each is as long as all before it.
-    """
-
-    until: float | None = None
-    tolerance: float = DEFAULT_TOLERANCE
-    engine: str | None = None
-    exponent_accuracy: float = 0.02
-    first_leg: float | None = None
-    legs: int = 13
-
-
 @dataclass(frozen=True, eq=False)
 class LongRun:
     """A run and what its motion tends to.
@@ -124,25 +97,48 @@ class LongRun:
 def long_run(
     subject: Subject,
     start: np.ndarray,
-    settings: LongRunSettings = LongRunSettings(),
+    *,
+    until: float | None = None,
+    tolerance: float = DEFAULT_TOLERANCE,
+    engine: str | None = None,
+    exponent_accuracy: float = 0.02,
+    first_leg: float | None = None,
+    legs: int = 13,
     report: Heartbeat | None = None,
     earlier_states: np.ndarray | None = None,
 ) -> LongRun:
-    """Run from a state (n,) at time zero.
+    """Run from a state at time zero until it is known what the motion tends to.
 
-    The run is doubled until it is known what the motion tends to, or its legs are used up; with a given end, until that. What a
-    shorter record has shown stands until a longer one shows something else. earlier_states: (n, K), of the motion before its
-    start; how far a state has moved is told by them too.
+    What a shorter record has shown stands until a longer one shows something else.
+
+    Parameters
+    ----------
+    subject : Subject
+    start : ndarray, (n,)
+    until : float, optional
+        The end of the run; None: it is doubled until that is known, or its legs are used up.
+    tolerance : float
+    engine : str, optional
+        As in ``compile_system``.
+    exponent_accuracy : float
+        Half the width of the interval of a positive Lyapunov exponent, relative to it, that is aimed at.
+    first_leg : float, optional
+        The time of the first leg without a given end; by default a multiple of that in which the states change.
+    legs : int
+        The largest number of legs without a given end: each is as long as all before it.
+    report : callable, optional
+    earlier_states : ndarray, (n, K), optional
+        Of the motion before its start; how far a state has moved is told by them too.
     """
     system, start = replace(subject.system, outputs=(), quadratures=()), np.asarray(start, float)
     bare = UserSystem(system, {name: subject.values[name] for name in system.parameter_names}, subject.title)
-    record = _Record(bare, compile_system(bare.system, settings.tolerance, (), settings.engine), start, report)
+    record = _Record(bare, compile_system(bare.system, tolerance, (), engine), start, report)
     if earlier_states is not None:
         record.extend_ranges(earlier_states)
-    length, count = settings.first_leg or record.first_span, settings.legs
-    if settings.until is not None:
-        halvings = min(max(1, math.ceil(math.log2(settings.until / length))), _MOST_HALVINGS)
-        length, count = settings.until / 2**halvings, halvings + 1
+    length, count = first_leg or record.first_span, legs
+    if until is not None:
+        halvings = min(max(1, math.ceil(math.log2(until / length))), _MOST_HALVINGS)
+        length, count = until / 2**halvings, halvings + 1
     limit_set: LimitSet | None = None
     for number in range(count):
         if failure := record.advance(length if number < _FEWEST_LEGS else record.time):
@@ -152,9 +148,9 @@ def long_run(
         if record.is_beyond(record.state):
             return record.run(MotionKind.DIVERGES)
         # The verdict of a shorter record stands where a longer one has none.
-        accuracy = settings.exponent_accuracy if limit_set is None or number + 1 == count else None
+        accuracy = exponent_accuracy if limit_set is None or number + 1 == count else None
         limit_set = settled_motion(bare, record.compiled_system, record.segment(), accuracy) or limit_set
-        if limit_set is not None and settings.until is None:
+        if limit_set is not None and until is None:
             break
     return record.run(MotionKind.NOT_SETTLED if limit_set is None else limit_set.kind, limit_set)
 

@@ -57,7 +57,7 @@ def settled_motion(
 ) -> LimitSet | None:
     """Return what a leg tends to, None where that cannot be told from it.
 
-    exponent_accuracy: as in ``LongRunSettings``; None: chaotic sets and tori are not tried.
+    exponent_accuracy: as in ``long_run``; None: chaotic sets and tori are not tried.
     """
     metric = StateMetric.of(subject, leg.extents)
     late = np.ptp(leg.states[:, leg.states.shape[1] // 2 :], axis=1)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from wucht.dynamics.limit_sets.limit_set import forcing_period
-from wucht.dynamics.limit_sets.long_run import Heartbeat, LongRun, LongRunSettings, long_run
+from wucht.dynamics.limit_sets.long_run import Heartbeat, LongRun, long_run
 from wucht.dynamics.run_ups.operating_state import machine_after_schedules
 from wucht.dynamics.run_ups.run_up import Motion
 from wucht.numerics.flow.compiled_system import compile_system
@@ -46,6 +46,14 @@ def limit_at_end(motion: Motion, report: Heartbeat | None = None) -> LongRun:
     first_leg = _FIRST_TURNS * 2 * math.pi / speed if speed else None
     if modulation is not None:
         first_leg = max(first_leg or 0.0, _FIRST_CYCLES * modulation.period)
-    settings = LongRunSettings(tolerance=min(tolerance, _TOLERANCE), engine=engine, first_leg=first_leg, legs=_LEGS)
     count = len(machine.state_names)
-    return long_run(machine, state[:count], settings, report, trajectory.states[:count])
+    return long_run(
+        machine,
+        state[:count],
+        tolerance=min(tolerance, _TOLERANCE),
+        engine=engine,
+        first_leg=first_leg,
+        legs=_LEGS,
+        report=report,
+        earlier_states=trajectory.states[:count],
+    )

@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 
 from wucht.dynamics.limit_sets.limit_set import whole_periods
-from wucht.dynamics.limit_sets.long_run import LongRunSettings, long_run
+from wucht.dynamics.limit_sets.long_run import long_run
 from wucht.dynamics.limit_sets.resting_states import decays
 from wucht.dynamics.sweeps.course import Ends, SweepCourse
 from wucht.dynamics.work import Work
@@ -82,15 +82,15 @@ class SteppedEquations:
     path: str
     points: int
     start: np.ndarray
-    settings: LongRunSettings
+    tolerance: float
+    engine: str | None = None
 
     def courses(self, ways: Mapping[str, Ends], work: Work) -> Iterator[SweepCourse]:
         """See ``SweptSubject``: after each way. Raises ``RunError`` where the motion at the first value fails."""
         course, (first, last) = SweepCourse(), next(iter(ways.values()))
         yield course
         work.report(0.0, "settling")
-        at_first = self.subject.with_values({self.path: first})
-        span, state = work.unit("settling", partial(_settle, at_first, self.start, self.settings))
+        span, state = work.unit("settling", partial(self._settle, self.subject.with_values({self.path: first})))
         course = replace(course, span=span, rate=abs(last - first) / ((self.points - 1) * span))
         for k, (name, values) in enumerate(ways.items()):
             begin, end = (_FIRST + (1 - _FIRST) * n / len(ways) for n in (k, k + 1))
@@ -101,6 +101,13 @@ class SteppedEquations:
             if course.failure:
                 return
         yield replace(course, is_complete=True)
+
+    def _settle(self, subject: Subject) -> tuple[float, np.ndarray]:
+        """Return the time in which the motion from the start settles, and its state at the end."""
+        run = long_run(subject, self.start, tolerance=self.tolerance, engine=self.engine)
+        if run.failure is not None:
+            raise RunError(run.failure)
+        return run.end_time, run.states[:, -1]
 
     def _with_way(self, course: SweepCourse, name: str, way: Way) -> SweepCourse:
         system = self.subject.system
@@ -128,8 +135,8 @@ class SteppedEquations:
         self, values: np.ndarray, start: np.ndarray, span: float, report: Callable[[float], None]
     ) -> tuple[Way, np.ndarray]:
         """Move a parameter through values (V,) and return what is recorded, and the last state (n,). span: the time at each."""
-        subject, path, settings = self.subject, self.path, self.settings
-        compiled_system = compile_system(subject.system, settings.tolerance, (), settings.engine)
+        subject, path = self.subject, self.path
+        compiled_system = compile_system(subject.system, self.tolerance, (), self.engine)
         n, state = len(subject.system.states), np.asarray(start, float)
         low, high, mean = (np.full((n, len(values)), np.nan) for _ in range(3))
         maxima = np.full((n, len(values), MOST_MAXIMA), np.nan)
@@ -174,14 +181,6 @@ def _peaks(x: np.ndarray) -> np.ndarray:
     a, b, c = x[inner - 1], x[inner], x[inner + 1]
     bend = a - 2 * b + c
     return np.asarray(b - np.where(bend < 0, (a - c) ** 2 / np.where(bend < 0, 8 * bend, -1.0), 0.0))
-
-
-def _settle(subject: Subject, start: np.ndarray, settings: LongRunSettings) -> tuple[float, np.ndarray]:
-    """Return the time in which the motion from a start (n,) settles, and its state at the end."""
-    run = long_run(subject, start, settings)
-    if run.failure is not None:
-        raise RunError(run.failure)
-    return run.end_time, run.states[:, -1]
 
 
 def _jumps(way: Way, direction: str, names: tuple[str, ...], rows: Sequence[int]) -> Iterator[StateJump]:

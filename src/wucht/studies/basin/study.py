@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BeforeValidator, Field
 
 from wucht.dynamics.limit_sets.attractor_runs import AttractorRuns
-from wucht.dynamics.limit_sets.long_run import LongRunSettings
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_variations import check_given_once
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion
@@ -140,7 +139,7 @@ class Basin(EnsembleStudy):
         """The runs in the cells, of a machine or of equations, and what is stated of them alone."""
         if not isinstance(subject, Machine):
             refuse_machine_keys(self, _KEYS_OF_MACHINES)
-            return AttractorRuns.of(subject, self.start, LongRunSettings(self.until, self.tolerance)), state_attractors
+            return AttractorRuns.of(subject, self.start, self.until, self.tolerance), state_attractors
         initial_state(subject, self.start)
         parameters = tuple(name for name in (*self.axes, *self.ranges) if name in subject.parameters)
         settings = (self.model, self.inertia, self.order, self.until)

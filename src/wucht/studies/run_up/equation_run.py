@@ -11,7 +11,7 @@ import numpy as np
 from wucht.dynamics.limit_sets.conservation import CONSERVATIVE_MOTION, preserves_volume
 from wucht.dynamics.limit_sets.descriptions import sentence_of
 from wucht.dynamics.limit_sets.limit_set import MotionKind
-from wucht.dynamics.limit_sets.long_run import INTERVALS, LongRun, LongRunSettings, long_run
+from wucht.dynamics.limit_sets.long_run import INTERVALS, LongRun, long_run
 from wucht.dynamics.work import Work
 from wucht.machines.subject import Subject
 from wucht.studies.answer import Answer
@@ -29,12 +29,15 @@ _VARIABLES_OF_CASES = ("time", "states", "limit_time", "limit_states")
 class EquationRun(Run):
     """A run of equations from a state (n,).
 
-    most_samples, most_places: numbers that are stored at most, over time and of what the motion tends to.
+    until, tolerance, engine: see ``long_run``. most_samples, most_places: numbers that are stored at most, over time and of
+    what the motion tends to.
     """
 
     subject: Subject
     state: np.ndarray
-    settings: LongRunSettings
+    until: float | None
+    tolerance: float
+    engine: str | None
     most_samples: int
     most_places: int
 
@@ -45,8 +48,9 @@ class EquationRun(Run):
 
     def follow(self, work: Work) -> Iterator[tuple[Fill, bool]]:
         """See ``Run``."""
-        report = partial(_tell_time, work.open_ended, self.settings.until)
-        run = work.unit("run", partial(long_run, self.subject, self.state, self.settings, report))
+        report = partial(_tell_time, work.open_ended, self.until)
+        follow = partial(long_run, self.subject, self.state, until=self.until, tolerance=self.tolerance, engine=self.engine)
+        run = work.unit("run", partial(follow, report=report))
         yield partial(_fill_run, self, run), True
 
     def state_many(
@@ -71,7 +75,7 @@ def _fill_run(question: EquationRun, run: LongRun, a: Answer) -> None:
     if limit is not None and limit.attracts is None and preserves_volume(question.subject):
         a.sentence += f"; {CONSERVATIVE_MOTION}"
     a.verdict = f"{str(run.kind).upper()}, {a.sentence}"
-    a.attribute(outcome=str(run.kind), engine=run.engine, tolerance=question.settings.tolerance, subject="system")
+    a.attribute(outcome=str(run.kind), engine=run.engine, tolerance=question.tolerance, subject="system")
     if run.advised_time is not None:
         a.warn(
             f"the run until {run.end_time:.5g} is too short to tell what the motion tends to; study.until = "

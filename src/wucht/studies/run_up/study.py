@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field
 
-from wucht.dynamics.limit_sets.long_run import LongRunSettings
 from wucht.dynamics.parameters import parameter_of, values_of
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.run_up import RunUpCase
@@ -177,9 +176,10 @@ class RunUp(SingleRun):
         refuse_singular_start(subject, state, location)
         values = dict(zip(subject.system.state_names, state.tolist(), strict=True))
         name = ", ".join(f"{name} = {x:.6g}" for name, x in values.items() if x) or "all states 0"
-        settings, count = LongRunSettings(self.until, self.tolerance, self.engine), self.settings.runs
+        count = self.settings.runs
         samples = max((self.stored_samples or _MOST_SAMPLES) // count, 2)
-        return EquationRun(name, values, None, subject, state, settings, samples, _MOST_PLACES // count)
+        places, engine = _MOST_PLACES // count, self.engine
+        return EquationRun(name, values, None, subject, state, self.until, self.tolerance, engine, samples, places)
 
     def _fill(self, subject: Subject, runs: tuple[Run, ...], fills: tuple[Fill, ...], finished_count: int, a: Answer) -> None:
         """State the runs that are known."""

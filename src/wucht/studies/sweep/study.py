@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Literal
 from pydantic import Field
 
 from wucht.analysis.working_points import energy_scale
-from wucht.dynamics.limit_sets.long_run import LongRunSettings
 from wucht.dynamics.parameters import parameter_of, range_of
 from wucht.dynamics.run_ups.hanging_start import with_default_start
 from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
@@ -104,7 +103,7 @@ class Sweep(Study):
         refuse_machine_keys(self, _KEYS_OF_MACHINES)
         path, start = question.parameter.path, states_from(subject.system, self.start, "study.start")
         refuse_singular_start(subject.with_values({path: question.first_value}), start, "study.start")
-        sweep = SteppedEquations(subject, path, self.points, start, LongRunSettings(None, self.tolerance, self.engine))
+        sweep = SteppedEquations(subject, path, self.points, start, self.tolerance, self.engine)
         return sweep, state_observables(sweep)
 
     def _machine_ramps(self, machine: Machine, question: SweepQuestion) -> tuple[SweptSubject, Observables]:
