@@ -22,19 +22,10 @@ _SPEED = "speed"
 _VIRTUAL = {d: Coordinate.from_names(f"bearing.{d}", f"bearing.v{d}") for d in _PLANE}
 
 
-@dataclass(frozen=True)
-class RatedBearing:
-    """The bearing of a rotor: its rating, and the share of the rotor's force that it takes."""
-
-    rating: BearingRating
-    share: float = 1.0
-
-
-def rated_bearings(machine: Machine) -> dict[str, RatedBearing]:
-    """Return the bearings that have a rating, by the name of their rotor."""
+def bearing_ratings(machine: Machine) -> dict[str, BearingRating]:
+    """Return the ratings of bearings that have one, by the name of their rotor."""
     names = [p.name for p in machine.parts if isinstance(p, Rotor) and p.bearing is not None]
-    values = {n: [machine.values[f"{n}.bearing.{key}"] for key in ("C", "p", "share")] for n in names}
-    return {n: RatedBearing(BearingRating(c, p), share) for n, (c, p, share) in values.items()}
+    return {n: BearingRating(machine.values[f"{n}.bearing.C"], machine.values[f"{n}.bearing.p"]) for n in names}
 
 
 @dataclass(frozen=True)
