@@ -54,7 +54,7 @@ def found(system: System, starts: np.ndarray, values: dict[str, float], size: in
     compiled = compile_ensemble(system, 1e-6)
     assert compiled.is_batched
     members = Members.of(starts, system.values(values))
-    return EnsembleResult.join([tile.result for tile in tiles(compiled, members, watch, PACE, size, threads)])
+    return EnsembleResult.join(list(tiles(compiled, members, watch, PACE, size, threads)))
 
 
 def cells(count: int) -> list[tuple[float, float]]:

@@ -19,7 +19,6 @@ from tests.refusals import rejected
 from wucht.errors import RunError
 from wucht.numerics.ensembles.ensemble import compile_ensemble, run_ensemble, tiles
 from wucht.numerics.ensembles.members import Chunk, EnsembleResult, Members, Pace, Status
-from wucht.numerics.ensembles.tile import Tile
 from wucht.numerics.flow.compiled_batch import Quantities
 from wucht.numerics.flow.events import Event
 from wucht.piecewise import PiecewiseCubic, interpolated_pieces
@@ -91,7 +90,7 @@ def settling(count: int = 203) -> tuple[Members, Callable[..., EnsembleResult[Se
 
     def run(of: Members, size: int, threads: int) -> EnsembleResult[Seen]:
         found = tiles(compiled, of, Watch(0.06), PACE, size, threads)
-        return EnsembleResult.join([tile.result for tile in found])
+        return EnsembleResult.join(list(found))
 
     return Members.of(starts, parameters), run
 
@@ -233,13 +232,11 @@ def test_events_go_one_by_one(engine: str) -> None:
     assert compile_ensemble(system, 1e-10, (), engine).is_batched == (engine == "compiled")
 
 
-def test_tiles_that_are_wanted() -> None:
-    compiled, members = compile_ensemble(DECAY, 1e-8), Members.of(np.ones((10, 1)), np.linspace(0.1, 1, 10)[:, None])
-    every = list(tiles(compiled, members, Watch(), Pace(1.0, 1, 1.0), 3, 2))
-    assert [(t.number, t.first, len(t.result.times)) for t in every] == [(0, 0, 3), (1, 3, 3), (2, 6, 3), (3, 9, 1)]
-    some = list(tiles(compiled, members, Watch(), Pace(1.0, 1, 1.0), 3, 2, tile_numbers=[3, 1]))
-    assert [t.number for t in some] == [3, 1]
-    assert same(some[1].result, every[1].result)
+def test_tiles_come_in_order() -> None:
+    compiled, rates = compile_ensemble(DECAY, 1e-8), np.linspace(0.1, 1, 10)
+    every = list(tiles(compiled, Members.of(np.ones((10, 1)), rates[:, None]), Watch(), Pace(1.0, 1, 1.0), 3, 2))
+    assert [len(one.times) for one in every] == [3, 3, 3, 1]
+    assert np.concatenate([one.states[:, 0] for one in every]) == pytest.approx(np.exp(-rates), rel=1e-6)
 
 
 def test_what_does_not_fit_is_refused() -> None:
@@ -253,8 +250,6 @@ def test_what_does_not_fit_is_refused() -> None:
             run_ensemble(compiled, members, Watch(), pace)
     with rejected("none", "0"):
         run_ensemble(compiled, one.part(1, 2), Watch(), pace)
-    with rejected("no-tile", "0"):
-        tiles(compiled, one, Watch(), pace, tile_numbers=[0, 0])
 
 
 @dataclass(frozen=True)
@@ -271,18 +266,20 @@ class Slow(Watch):
 
 def test_an_interrupt_stops_all_threads_and_loses_no_tile() -> None:
     """``report`` raises it when a third is done: what has been computed comes first."""
-    members, asked = Members.of(np.ones((200, 1)), [0.1]), list[int]()
+    rates, asked = np.linspace(0.1, 2.0, 200), list[int]()
+    members = Members.of(np.ones((200, 1)), rates[:, None])
 
     def report(share: float) -> None:
         if share > 0.3:
             raise KeyboardInterrupt
 
-    compiled, kept = compile_ensemble(DECAY, 1e-8), list[Tile[Seen]]()
+    compiled, kept = compile_ensemble(DECAY, 1e-8), list[EnsembleResult[Seen]]()
     with pytest.raises(KeyboardInterrupt):
         for tile in tiles(compiled, members, Slow(asked=asked), Pace(1.0, 1, 2.0), 10, 2, report=report):
             kept.append(tile)
     ended = len(asked)
-    assert [t.number for t in kept] == sorted({t.number for t in kept})
+    numbers = [int(np.abs(np.exp(-2 * rates) - one.states[0, 0]).argmin()) for one in kept]
+    assert numbers == sorted(set(numbers)) and all(number % 10 == 0 for number in numbers)
     assert 4 <= len(kept) < 12
     assert 2 * len(kept) <= ended <= 2 * len(kept) + 4  # chunks that were begun in tiles which were given up
     time.sleep(0.1)
@@ -298,12 +295,14 @@ def test_ctrl_c_while_the_threads_work() -> None:
                 signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
             return super().update(record, chunk)
 
-    members, asked, kept = Members.of(np.ones((1000, 1)), [0.1]), list[int](), list[Tile[Seen]]()
+    rates, asked, kept = np.linspace(0.1, 2.0, 1000), list[int](), list[EnsembleResult[Seen]]()
+    members = Members.of(np.ones((1000, 1)), rates[:, None])
     compiled = compile_ensemble(DECAY, 1e-8)
     with pytest.raises(KeyboardInterrupt):
         kept.extend(tiles(compiled, members, Interrupting(asked=asked), Pace(1.0, 1, 2.0), 10, 1))
     assert 8 <= len(asked) < 20
-    assert [t.number for t in kept] == list(range(len(asked) // 2))
+    assert len(kept) == len(asked) // 2
+    assert np.concatenate([one.states[:, 0] for one in kept]) == pytest.approx(np.exp(-2 * rates[: 10 * len(kept)]), rel=1e-6)
 
 
 def test_reports_rise_to_one() -> None:
@@ -360,9 +359,9 @@ def test_memory_does_not_grow_with_the_count() -> None:
     next(iter(tiles(compiled, source, Watch(), pace, 512, 2)))
     tracemalloc.start()
     try:
-        for tile in tiles(compiled, source, Watch(), pace, 512, 2):
-            rates = source.part(tile.first, tile.first + 512).parameter_values[:, 0]
-            assert tile.result.states[:, 0] == pytest.approx(np.exp(-2 * rates), rel=1e-4)
+        for number, result in enumerate(tiles(compiled, source, Watch(), pace, 512, 2)):
+            rates = source.part(512 * number, 512 * number + 512).parameter_values[:, 0]
+            assert result.states[:, 0] == pytest.approx(np.exp(-2 * rates), rel=1e-4)
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

@@ -105,8 +105,7 @@ def observe_members(
         models, variants.machine_index, horizon.span, Noise.of(question.tolerance), pace, question.until is not None
     )
     members = NumberedMembers(initial, parameters_of(system, variants), np.arange(len(initial)))
-    for tile in tiles(compile_ensemble(system, question.tolerance), members, observer, pace, _MEMBERS_PER_TILE, report=report):
-        yield tile.result
+    yield from tiles(compile_ensemble(system, question.tolerance), members, observer, pace, _MEMBERS_PER_TILE, report=report)
 
 
 def model_of(question: EnsembleQuestion, machine: Machine, start: np.ndarray) -> FullModel:

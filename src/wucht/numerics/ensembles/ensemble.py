@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import os
 import threading
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
@@ -18,7 +19,7 @@ from typing import TypeVar
 
 from wucht.errors import WuchtError
 from wucht.numerics.ensembles.members import EnsembleResult, Members, Observer, Pacing, Source
-from wucht.numerics.ensembles.tile import BatchLanes, Lanes, SequentialLanes, Tick, Tile, run_tile
+from wucht.numerics.ensembles.tile import BatchLanes, Lanes, SequentialLanes, Tick, run_tile
 from wucht.numerics.flow.compiled_batch import CompiledBatch, Quantities, compile_batch
 from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE, RADAU, CompiledSystem, compile_system, known_engine
 from wucht.numerics.flow.events import Event
@@ -134,9 +135,7 @@ def run_ensemble(
     WuchtError
         For no member, or members that do not fit the System.
     """
-    return EnsembleResult.join(
-        [tile.result for tile in tiles(ensemble, members, observer, pace, threads=threads, report=report)]
-    )
+    return EnsembleResult.join([*tiles(ensemble, members, observer, pace, threads=threads, report=report)])
 
 
 def tiles(
@@ -146,12 +145,11 @@ def tiles(
     pace: Pacing,
     size: int | None = None,
     threads: int | None = None,
-    tile_numbers: Sequence[int] | None = None,
     report: Report | None = None,
-) -> Iterator[Tile[R]]:
-    """Integrate all members tile by tile, in order: each tile can be stored, and stored ones need not be computed again.
+) -> Iterator[EnsembleResult[R]]:
+    """Integrate all members tile by tile, and yield their results in order: only a few per thread are in memory.
 
-    Only a few per thread are in memory. After Ctrl-C (``KeyboardInterrupt`` while the caller waits for the next tile, or raised
+    After Ctrl-C (``KeyboardInterrupt`` while the caller waits for the next tile, or raised
     by ``report``) the threads stop, the completed tiles are still yielded, and then the interrupt is raised.
 
     Parameters
@@ -159,8 +157,6 @@ def tiles(
     size : int, optional
         Members per tile: tile i has those from ``i * size`` on. If not given, so many that all threads have work and memory
         suffices.
-    tile_numbers : sequence of int, optional
-        Of the requested tiles; all if not given.
     """
     count, thread_count = len(members), processor_count() if threads is None else threads
     size = _members_per_tile(count, thread_count, ensemble) if size is None else size
@@ -168,18 +164,13 @@ def tiles(
         raise WuchtError(
             f"{count} members in tiles of {size} on {thread_count} threads: there must be at least one of each", code="none"
         )
-    all_numbers = range(-(-count // size))
-    tile_numbers = list(all_numbers if tile_numbers is None else tile_numbers)
-    if len(set(tile_numbers)) < len(tile_numbers) or not set(tile_numbers) <= set(all_numbers):
-        raise WuchtError(f"the requested tiles must be among 0 to {len(all_numbers) - 1}, each once", code="no-tile")
 
-    def compute(number: int, tick: Tick) -> Tile[R]:
-        first = number * size
+    def compute(first: int, tick: Tick) -> EnsembleResult[R]:
         part = _checked_members(members.part(first, min(first + size, count)), ensemble.system)
         with ensemble.lanes() as lanes:
-            return Tile(number, first, run_tile(lanes, part, observer, pace, tick))
+            return run_tile(lanes, part, observer, pace, tick)
 
-    return _compute_in_threads(compute, tile_numbers, thread_count, report)
+    return _compute_in_threads(compute, range(0, count, size), thread_count, report)
 
 
 def _members_per_tile(count: int, threads: int, ensemble: CompiledEnsemble) -> int:
@@ -216,49 +207,50 @@ class _CancelledError(Exception):
 
 
 def _compute_in_threads(
-    compute: Callable[[int, Tick], Tile[R]], tile_numbers: Sequence[int], threads: int, report: Report | None
-) -> Iterator[Tile[R]]:
-    """Compute the tiles of these numbers, yielded in order, with only a few per thread in progress."""
-    shares, stop_request = dict.fromkeys(tile_numbers, 0.0), threading.Event()
+    compute: Callable[[int, Tick], EnsembleResult[R]], firsts: Sequence[int], threads: int, report: Report | None
+) -> Iterator[EnsembleResult[R]]:
+    """Compute the tiles from these members on, yielded in order, with only a few per thread in progress."""
+    shares, stop_request = dict.fromkeys(firsts, 0.0), threading.Event()
 
-    def job(number: int) -> Tile[R]:
+    def job(first: int) -> EnsembleResult[R]:
         def tick(share: float) -> None:
-            shares[number] = share
+            shares[first] = share
             if stop_request.is_set():
                 raise _CancelledError
 
         tick(0.0)
-        tile = compute(number, tick)
-        shares[number] = 1.0
-        return tile
+        result = compute(first, tick)
+        shares[first] = 1.0
+        return result
 
-    pool, remaining_numbers, futures = _pool(threads, os.getpid()), iter(tile_numbers), dict[int, Future[Tile[R]]]()
+    pool, remaining_firsts, futures = _pool(threads, os.getpid()), iter(firsts), deque[Future[EnsembleResult[R]]]()
     try:
         while True:
-            for number in itertools.islice(remaining_numbers, _TILES_PER_THREAD * threads - len(futures)):
-                futures[number] = pool.submit(job, number)
+            for first in itertools.islice(remaining_firsts, _TILES_PER_THREAD * threads - len(futures)):
+                futures.append(pool.submit(job, first))
             if not futures:
                 break
-            number, future = next(iter(futures.items()))
+            future = futures[0]
             while True:
                 is_done = future.done()
                 if report is not None:
-                    report(sum(shares.values()) / len(tile_numbers))
+                    report(sum(shares.values()) / len(firsts))
                 if is_done:
                     break
                 wait([future], _TICK_S)
-            tile = future.result()
-            del futures[number], future
-            yield tile
+            result = future.result()
+            futures.popleft()
+            del future
+            yield result
     except KeyboardInterrupt:
         stop_request.set()
-        for future in _finish(futures.values()):
+        for future in _finish(futures):
             if future.exception() is None:
                 yield future.result()
         raise
     finally:
         stop_request.set()
-        _finish(futures.values())
+        _finish(futures)
 
 
 @cache
@@ -270,7 +262,7 @@ def _pool(threads: int, _process: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, "ensemble")
 
 
-def _finish(futures: Iterable[Future[Tile[R]]]) -> list[Future[Tile[R]]]:
+def _finish(futures: Iterable[Future[EnsembleResult[R]]]) -> list[Future[EnsembleResult[R]]]:
     """Cancel futures that have not begun; wait for the others and return them."""
     active = [f for f in futures if not f.cancel()]
     wait(active)

@@ -96,10 +96,11 @@ class BatchLanes:
         """Advance the states in batches: see ``Lanes``."""
         constants, progress = np.split(lane_values, [self.batch.constant_count])
         result = self.integrator.advance(states, constants, times, check, progress)
-        stops = {
-            lane: Stop(f.sample_time, f.state, Status.FAILED, f.error.sentence(f.time, self.names, f.state))
-            for lane, f in result.failures.items()
-        }
+        stops = dict[int, Stop]()
+        for lane, error in result.failures.items():
+            state = result.states[:, lane].copy()
+            sentence = error.sentence(float(result.times[lane]), self.names, state)
+            stops[lane] = Stop(float(result.sample_times[lane]), state, Status.FAILED, sentence)
         chunk, next_values = Chunk(times[1:], result.values, result.peaks), np.concatenate([constants, result.progress])
         return ChunkResult(chunk, result.states, next_values, stops)
 
@@ -133,15 +134,6 @@ class SequentialLanes:
             else:
                 samples[:, :, lane], end_states[:, lane] = run.states[:, 1:].T, end
         return ChunkResult(Chunk(times[1:], samples, np.empty((0, states.shape[1]))), end_states, next_values, stops)
-
-
-@dataclass(frozen=True)
-class Tile(Generic[R]):
-    """Result of the members from ``first`` on. number: of the tile."""
-
-    number: int
-    first: int
-    result: EnsembleResult[R]
 
 
 def run_tile(lanes: Lanes, members: Members, observer: Observer[R], pace: Pacing, tick: Tick) -> EnsembleResult[R]:

@@ -75,27 +75,20 @@ class Quantities:
 
 
 @dataclass(frozen=True)
-class LaneFailure:
-    """Failure of one motion. time: reached; error: the reason; sample_time, state (n,): of the last sample before."""
-
-    time: float
-    sample_time: float
-    state: np.ndarray
-    error: LegError
-
-
-@dataclass(frozen=True)
 class LanesResult:
     """Result of motions on lanes.
 
-    values: (K, v, L). states: (n, L), at the end. progress: (1 + p, L), with which the motions are continued. failures: by
-    lane; the arrays are undefined for these.
+    values: (K, v, L). states: (n, L), at the end; of a motion that fails at the last sample before. times, sample_times: (L,),
+    reached, and of the last sample. progress: (1 + p, L), with which the motions are continued. failures: why a motion fails,
+    by lane; values and progress are undefined for these.
     """
 
     values: np.ndarray
     states: np.ndarray
+    times: np.ndarray
+    sample_times: np.ndarray
     progress: np.ndarray
-    failures: Mapping[int, LaneFailure]
+    failures: Mapping[int, LegError]
 
     @property
     def peaks(self) -> np.ndarray:
@@ -235,12 +228,11 @@ class BatchIntegrator:
                 check()
             if not batch.advance(*arguments, *self._leg_arguments):
                 break
-        failures = dict[int, LaneFailure]()
-        for lane in np.flatnonzero(endings != leg_memory.END).tolist():
-            time = float(times_reached[lane])
-            error = _error_of(int(endings[lane]), len(ends), float(grid[0]), time)
-            failures[lane] = LaneFailure(time, float(sample_times[lane]), ends[:, lane].copy(), error)
-        return LanesResult(values, ends, progress, failures)
+        failures = {
+            lane: _error_of(int(endings[lane]), len(ends), float(grid[0]), float(times_reached[lane]))
+            for lane in np.flatnonzero(endings != leg_memory.END).tolist()
+        }
+        return LanesResult(values, ends, times_reached, sample_times, progress, failures)
 
 
 def _error_of(ending: int, n: int, begin: float, time: float) -> LegError:
