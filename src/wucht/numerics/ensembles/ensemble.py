@@ -12,17 +12,15 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
-from functools import cache, lru_cache
+from dataclasses import replace
+from functools import cache
 from typing import TypeVar
 
 from wucht.errors import WuchtError
 from wucht.numerics.ensembles.members import EnsembleResult, Members, Observer, Pacing, Source
-from wucht.numerics.ensembles.tile import BatchLanes, Lanes, SequentialLanes, Tick, run_tile
+from wucht.numerics.ensembles.tile import Tick, run_tile
 from wucht.numerics.flow.compiled_batch import CompiledBatch, Quantities, compile_batch
-from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE, RADAU, CompiledSystem, compile_system, known_engine
-from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE
 from wucht.system import System
 
 R = TypeVar("R")
@@ -34,81 +32,15 @@ _TICK_S = 0.1  # between two reports
 Report = Callable[[float], None]  # the share that is done, 0 to 1
 
 
-@dataclass(frozen=True)
-class CompiledEnsemble:
-    """A System compiled for ensembles, without its outputs and quadratures: immutable, shared by all threads.
-
-    Attributes
-    ----------
-    system : System
-    tolerance : float
-    batching_obstacle : str
-        Why its members are integrated one by one; empty where they are integrated in batches.
-    width : int
-        Members that are integrated at once.
-    """
-
-    system: System
-    tolerance: float
-    batching_obstacle: str
-    width: int
-    _code: CompiledBatch | CompiledSystem = field(compare=False, repr=False)
-
-    @property
-    def is_batched(self) -> bool:
-        """True if members are integrated in batches."""
-        return not self.batching_obstacle
-
-    @contextmanager
-    def lanes(self) -> Iterator[Lanes]:
-        """Provide the lanes that advance members, for one thread."""
-        if isinstance(self._code, CompiledSystem):
-            yield SequentialLanes(self._code)
-            return
-        integrator = self._code.acquire()
-        yield BatchLanes(self._code, integrator, self.system.state_names)
-        self._code.release(integrator)
-
-
-@lru_cache(maxsize=64)
 def compile_ensemble(
-    system: System,
-    tolerance: float = DEFAULT_TOLERANCE,
-    events: tuple[Event, ...] = (),
-    engine: str | None = None,
-    quantities: Quantities | None = None,
-) -> CompiledEnsemble:
-    """Compile a System for ensembles: in batches where that can be, else one by one with the same interface.
-
-    Batches are those of the engine ``compiled``; they are impossible with events. Other parameters and errors are those of
-    ``compile_system``.
-
-    Parameters
-    ----------
-    quantities : Quantities, optional
-        Observed instead of the states.
-
-    Raises
-    ------
-    WuchtError
-        For quantities of members that are integrated one by one: these are observed by their states.
-    """
-    bare = replace(system, outputs=(), quadratures=())
-    obstacle = ""
-    if known_engine(engine) == RADAU:
-        obstacle = f"the engine {RADAU} has no batches"
-    elif events:
-        obstacle = f"there are events ({', '.join(e.name for e in events)})"
-    if obstacle and quantities is not None:
-        raise WuchtError(f"quantities of members can be observed in batches alone: {obstacle}", code="one-by-one")
-    if obstacle:
-        return CompiledEnsemble(bare, tolerance, obstacle, 1, compile_system(bare, tolerance, events, engine))
-    batch = compile_batch(bare, tolerance, quantities)
-    return CompiledEnsemble(bare, tolerance, "", batch.width, batch)
+    system: System, tolerance: float = DEFAULT_TOLERANCE, quantities: Quantities | None = None
+) -> CompiledBatch:
+    """Compile a System for ensembles, without its outputs and quadratures; quantities are observed instead of the states."""
+    return compile_batch(replace(system, outputs=(), quadratures=()), tolerance, quantities)
 
 
 def run_ensemble(
-    ensemble: CompiledEnsemble,
+    ensemble: CompiledBatch,
     members: Source,
     observer: Observer[R],
     pace: Pacing,
@@ -119,7 +51,7 @@ def run_ensemble(
 
     Parameters
     ----------
-    ensemble : CompiledEnsemble
+    ensemble : CompiledBatch
     members : Source
         ``Members``, at least one.
     observer : Observer
@@ -139,7 +71,7 @@ def run_ensemble(
 
 
 def tiles(
-    ensemble: CompiledEnsemble,
+    ensemble: CompiledBatch,
     members: Source,
     observer: Observer[R],
     pace: Pacing,
@@ -167,13 +99,15 @@ def tiles(
 
     def compute(first: int, tick: Tick) -> EnsembleResult[R]:
         part = _checked_members(members.part(first, min(first + size, count)), ensemble.system)
-        with ensemble.lanes() as lanes:
-            return run_tile(lanes, part, observer, pace, tick)
+        integrator = ensemble.acquire()
+        result = run_tile(integrator, part, observer, pace, tick)
+        ensemble.release(integrator)
+        return result
 
     return _compute_in_threads(compute, range(0, count, size), thread_count, report)
 
 
-def _members_per_tile(count: int, threads: int, ensemble: CompiledEnsemble) -> int:
+def _members_per_tile(count: int, threads: int, ensemble: CompiledBatch) -> int:
     """Return the number of members per tile: whole batches, and of equal tiles as many for each thread."""
     width, threads = ensemble.width, max(1, threads)
     largest = max(1, _STATES_PER_TILE // (len(ensemble.system.states) * width)) * width
