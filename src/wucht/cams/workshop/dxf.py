@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 from importlib import import_module
 from io import StringIO
 from pathlib import Path
@@ -36,15 +35,6 @@ _IDENTIFIERS = re.compile(r"(\$(?:FINGERPRINT|VERSION)GUID\n *2\n)[^\n]*")
 _WRITING_TIME = re.compile(r"(\n[\d.]+ @ )\d{4}-[^\n]*")  # of ezdxf, in the dictionary of its data
 _BETWEEN = 16
 _SAMPLES = 4096
-
-
-@dataclass(frozen=True)
-class DrawnLine:
-    """A line on a layer: its number of points or pieces, and its largest distance, in m, from its curve."""
-
-    layer: str
-    count: int
-    deviation: float
 
 
 def _ezdxf() -> Any:
@@ -158,10 +148,13 @@ def _spans_turn(spline: Any) -> bool:
     return len(knots) > 0 and not len(spline.weights) and math.isclose(knots[-1] - knots[0], 2 * math.pi, rel_tol=1e-9)
 
 
-def read_back(path: Path, contour: CamCurve, pitch: CamCurve | None = None) -> tuple[DrawnLine, ...]:
-    """Read a file that ``write_dxf`` wrote, and measure the deviations of its lines from the curves. Raises ``InputError``."""
+def read_back(path: Path, contour: CamCurve, pitch: CamCurve | None = None) -> dict[str, tuple[int, float]]:
+    """Read a file that ``write_dxf`` wrote, and measure its lines.
+
+    Returns, by layer, the number of points or pieces, and the largest distance in m from the curve. Raises ``InputError``.
+    """
     polylines, splines = read_dxf(path)
-    lines: list[DrawnLine] = []
+    lines = dict[str, tuple[int, float]]()
     for polyline, spline, curve in ((CONTOUR, CONTOUR_SPLINE, contour), (PITCH, PITCH_SPLINE, pitch)):
         if curve is None:
             continue
@@ -176,8 +169,6 @@ def read_back(path: Path, contour: CamCurve, pitch: CamCurve | None = None) -> t
         shares = np.arange(_BETWEEN) / _BETWEEN
         on_chords = corners[:, None] + (np.roll(corners, -1) - corners)[:, None] * shares
         on_spline = smooth(even_angles(max(_SAMPLES, _BETWEEN * smooth.pieces)))
-        lines += [
-            DrawnLine(polyline, len(corners), float(curve_distances(curve, on_chords.ravel()).max())),
-            DrawnLine(spline, smooth.pieces, float(curve_distances(curve, on_spline).max())),
-        ]
-    return tuple(lines)
+        lines[polyline] = len(corners), float(curve_distances(curve, on_chords.ravel()).max())
+        lines[spline] = smooth.pieces, float(curve_distances(curve, on_spline).max())
+    return lines

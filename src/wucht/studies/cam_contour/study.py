@@ -18,7 +18,7 @@ from wucht.cams.followers.follower import Follower
 from wucht.cams.laws import Law
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.shape import Shape, shapes
-from wucht.cams.sizing.size_limits import CamLimits, Size, SizedCam
+from wucht.cams.sizing.size_limits import CamLimits, Size, SmallestCam
 from wucht.cams.tables.contact_table import Contact
 from wucht.cams.workshop.points import SPACING, rounding_warning
 from wucht.dynamics.work import Work
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-Prepared = tuple[DriveCams, dict[str, Shape], ContactLoad | None, SizedCam | RunError | None]
+Prepared = tuple[DriveCams, dict[str, Shape], ContactLoad | None, SmallestCam | RunError | None]
 
 
 class CamContour(Study):
@@ -139,7 +139,7 @@ class CamContour(Study):
             raise InputError("study.speed", None, requirement)
         return ContactLoad(load, shaft.speed_over_angle, shaft.mean, contact.share, contact.width, contact.materials)
 
-    def _smallest_cam(self, follower: Follower, law: Law) -> SizedCam | RunError | None:
+    def _smallest_cam(self, follower: Follower, law: Law) -> SmallestCam | RunError | None:
         """Return the smallest cam, the reason why none was found, or None where no limit is given that determines it.
 
         Without a permitted least radius no undercut is allowed; without a shaft radius the base circle must not be negative.
