@@ -10,7 +10,6 @@ import numpy as np
 from pydantic import Field
 
 from wucht.cams.cam import Cam
-from wucht.cams.cam_curves import CamCurves
 from wucht.cams.contact_history import ContactHistory, ContactLoad, contact_history, dense_contact_history
 from wucht.cams.drive import CamDrive
 from wucht.cams.drive_cams import DriveCams
@@ -165,10 +164,10 @@ class CamContour(Study):
             a.warn(f"contact forces are those of the lever alone: study.contact.{key} adds what the linkage moves")
         answer.warn_of_smallest_cam(a, cams, smallest)
         work.report(0.0, "contours")
-        curves = [CamCurves.of(cam, angles) for cam in cams.cams.values()]
         a.curve("cam", list(cams.cams), "cam")
         a.curve("cam_angle", angles, "cam angle", "rad")
-        state_cam_curves(a, list(CURVES), curves, "cam cam_angle", len(curves), len(angles))
+        every = [*cams.cams.values()]
+        state_cam_curves(a, CURVES, every, angles, "cam cam_angle", (len(every), len(angles)))
         work.report(0.3, "points to mill")
         points = mill_points(cams.cams, self.chord_tolerance, self.spacing) if is_whole else {}
         for name, of_cam in points.items():

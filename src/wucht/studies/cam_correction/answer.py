@@ -200,17 +200,17 @@ def state_residuals(a: Answer, shares: Mapping[str, float]) -> None:
 
 def state_contours(
     a: Answer,
-    corrected: DriveCams,
+    cam_pair: tuple[DriveCams, DriveCams],
     before: Mapping[str, CheckedContour],
     after: Mapping[str, CheckedContour],
     follower_unit: str,
-    point_count: int,
+    angles: np.ndarray,
     chord_tolerance: float,
 ) -> None:
-    """State the contours of both versions, their sizes, and what to check of them."""
-    contours, cams = [*before.values(), *after.values()], corrected.cams
-    sizes = len(CAM_VERSIONS), len(cams)
-    state_cam_curves(a, _CURVES, [one.curves for one in contours], "version cam cam_angle", *sizes, point_count)
+    """State the contours of the original and the corrected cams at cam angles (N,), their sizes, and what to check of them."""
+    contours, cams, point_count = [*before.values(), *after.values()], cam_pair[1].cams, len(angles)
+    sizes, both = (len(CAM_VERSIONS), len(cams)), [cam for version in cam_pair for cam in version.cams.values()]
+    state_cam_curves(a, _CURVES, both, angles, "version cam cam_angle", (*sizes, point_count))
     distance = np.array([contour.displacement for contour in after.values()]).reshape(len(cams), point_count)
     a.curve("moved", distance, "corrected contour, outwards", "m", "cam cam_angle")
     for name, what, get_size in _SIZES:
