@@ -136,7 +136,8 @@ def cam_twists(
     inertia: of the output, in kg m^2 or kg. Returns that of each cam with a periodic motion, and the reasons for the others.
     """
     law = purity.law
-    rigid = _sampled_law(CorrectedLaw(law, corrected_motion))
+    corrected_law = CorrectedLaw(law, corrected_motion)
+    rigid = FourierSeries.from_samples(corrected_law(even_angles(_SAMPLES))).without_rounding()
     cams: list[tuple[str, OutputLoad, ShaftMotion]] = [
         ("original cam", OriginalCam(law, inertia), original_motion),
         (RIGID_SHAFT_CAM, OriginalCam(rigid, inertia), corrected_motion),
@@ -155,7 +156,3 @@ def cam_twists(
         lag = drive(even_angles(_SAMPLES)) - turning.fluctuation(even_angles(_SAMPLES))
         twists.append(Twist(name, purity.share(turning.output.derivative(2)), torque, float(np.abs(lag).max())))
     return tuple(twists), tuple(notes)
-
-
-def _sampled_law(law: Law) -> FourierSeries:
-    return FourierSeries.from_samples(law(even_angles(_SAMPLES))).without_rounding()

@@ -13,8 +13,8 @@ from wucht.numerics.phase_plane.closed_curves import ClosedCurve, Lap, closed_cu
 from wucht.numerics.phase_plane.fixed_points import SADDLE, FixedPoint
 from wucht.numerics.phase_plane.plane import PASSED_TIME, Plane
 
-FIXED_POINT, CLOSED_CURVE, OUTSIDE_WINDOW, LENGTH, TIME_UP, REST_STATE, FAILURE, KINKS = (
-    "fixed point", "closed curve", "left the window", "length", "time", "at rest", "failed", "too many kinks",
+FIXED_POINT, CLOSED_CURVE, OUTSIDE_WINDOW, LENGTH, REST_STATE, FAILURE, KINKS = (
+    "fixed point", "closed curve", "left the window", "length", "at rest", "failed", "too many kinks",
 )  # fmt: skip
 
 _LEG, _SPACING = 0.25, 1e-3  # of the window: length of a leg, and distance of samples
@@ -41,7 +41,7 @@ class PhaseCurve:
         Elapsed time, negative where it was followed backwards.
     forwards : bool
     end : str
-        One of ``FIXED_POINT``, ``CLOSED_CURVE``, ``OUTSIDE_WINDOW``, ``LENGTH``, ``TIME_UP``, ``REST_STATE``, ``FAILURE``,
+        One of ``FIXED_POINT``, ``CLOSED_CURVE``, ``OUTSIDE_WINDOW``, ``LENGTH``, ``REST_STATE``, ``FAILURE``,
         ``KINKS``.
     index : int
         Index of the fixed point or closed curve at which it ends, -1 for another end.
@@ -64,14 +64,13 @@ class PhaseCurve:
 class Portrait:
     """Fixed points and closed curves of a phase plane, collected while curves are followed in it.
 
-    points: its fixed points. closed_curves: those at which curves have ended; grows. most_length, most_time: of a curve, in
-    units of the window and of time. check: called now and then; an exception that it raises ends the search.
+    points: its fixed points. closed_curves: those at which curves have ended; grows. most_length: of a curve, in units of the
+    window. check: called now and then; an exception that it raises ends the search.
     """
 
     plane: Plane
     points: Sequence[FixedPoint]
     most_length: float = 60.0
-    most_time: float = np.inf
     closed_curves: list[ClosedCurve] = field(default_factory=list)
     check: Callable[[], None] | None = None
 
@@ -100,8 +99,8 @@ class Portrait:
                 end, index, gap = self._rest(states[:, -1])
             elif lap is not None and lap.gap < near and (closed_end := self._match_closed_curve(lap, forwards)) is not None:
                 end, (index, gap) = CLOSED_CURVE, closed_end
-            elif length >= self.most_length or abs(time[-1]) >= self.most_time:
-                end = LENGTH if length >= self.most_length else TIME_UP
+            elif length >= self.most_length:
+                end = LENGTH
             if end:
                 return PhaseCurve(states, time, forwards, end, index, gap, length)
             near = min(near, lap.gap) / 2 if lap is not None and lap.gap < near else near
