@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.analysis.bearing_forces import BearingForces, RatedBearing, _force_on_guide, bearing_force, rated_bearings
+from wucht.analysis.bearing_forces import BearingForces, _force_on_guide, bearing_force, bearing_ratings
+from wucht.dynamics.run_ups.bearing_loads import DutyObserver
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.run_up import run_to_end
 from wucht.fatigue import BearingRating
@@ -98,8 +99,7 @@ def test_a_bearing_turns_against_its_carrier() -> None:
 def test_ratings() -> None:
     rated = [ROTOR | {"bearing": {"C": "45 kN", "p": "10 / 3", "share": 0.5}}, ROTOR | {"name": "b", "bearing": {"C": 2e4}}]
     machine = machine_from({"carrier": {"stiffness": 1e4}, "bodies": [*rated, ROTOR | {"name": "c"}]})
-    assert rated_bearings(machine) == {
-        "drum": RatedBearing(BearingRating(45e3, 10 / 3), 0.5),
-        "b": RatedBearing(BearingRating(2e4, 3.0), 1.0),
-    }
-    assert rated_bearings(machine.with_values({"b.bearing.C": "30 kN"}))["b"].rating.C == 30e3
+    assert bearing_ratings(machine) == {"drum": BearingRating(45e3, 10 / 3), "b": BearingRating(2e4, 3.0)}
+    assert bearing_ratings(machine.with_values({"b.bearing.C": "30 kN"}))["b"].C == 30e3
+    observer = DutyObserver.of(machine, 0.0)
+    assert observer is not None and observer.shares == {"drum": 0.5, "b": 1.0}

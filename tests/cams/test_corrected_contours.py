@@ -10,6 +10,7 @@ import pytest
 
 from wucht.cams.corrected_contours import CheckedContour, round_points, signed_distance
 from wucht.cams.drive import cam_drive_from
+from wucht.studies.cam_answers import CURVES
 
 pytestmark = pytest.mark.usefixtures("coarse_angles")
 ANGLES = 2 * math.pi * np.arange(36) / 36
@@ -38,10 +39,11 @@ def test_the_contour_of_a_groove_is_hollow_outside_and_bulges_inside() -> None:
     drive = cam_drive_from({"law": law, "follower": rod}, "Groove", Path())
     cams = drive.make_cams(drive.motion_law.function)
     for name, radius, material in (("cam", 0.048, 1), ("outer", 0.072, -1)):
-        flank = CheckedContour.of(name, cams[name], cams[name], ANGLES)
-        assert np.abs(flank.curves.contour) == pytest.approx(np.full(36, radius), rel=1e-4)
-        assert flank.curves.curvature == pytest.approx(np.full(36, material / radius), rel=1e-2)
-        outwards = (flank.curves.normal.conj() * flank.curves.contour).real
+        cam = cams[name]
+        flank = CheckedContour.of(name, cam, cam, ANGLES)
+        assert np.abs(cam.contour(ANGLES)) == pytest.approx(np.full(36, radius), rel=1e-4)
+        assert CURVES["curvature"][2](cam, ANGLES) == pytest.approx(np.full(36, material / radius), rel=1e-2)
+        outwards = (cam.normal(ANGLES).conj() * cam.contour(ANGLES)).real
         assert outwards == pytest.approx(np.full(36, radius), rel=1e-3)
         assert flank.chord == pytest.approx(radius * (1 - math.cos(math.pi / 36)), rel=1e-3)
         assert (flank.displacement == 0).all()

@@ -9,12 +9,13 @@ from tests.refusals import refused
 
 from wucht.cams.correction import (
     CorrectedLaw,
-    LeftOut,
     MotionOverTime,
     Purity,
-    compare_with_measurement,
+    best_delay,
+    explained_share,
     left_out_orders,
     orders,
+    orders_beside,
     residual_of_errors,
     residual_of_extra_order,
     residuals,
@@ -143,19 +144,20 @@ def test_a_measured_acceleration_is_compared_order_by_order():
     found = orders(MotionOverTime(LAW, of))
     scale = OMEGA**2
     measured = FourierSeries(0.0, scale * found.cosine[:20], scale * found.sine[:20])
-    same = compare_with_measurement(measured, LAW, of)
-    assert same.share == pytest.approx(1.0)
-    assert same.computed_orders.cosine == pytest.approx(measured.cosine)
-    opposite = compare_with_measurement(FourierSeries(0.0, -measured.cosine, -measured.sine), LAW, of)
-    assert opposite.share == pytest.approx(-3.0, abs=0.01)
+    same = orders_beside(measured, LAW, of)
+    assert explained_share(measured, same) == pytest.approx(1.0)
+    assert same.cosine == pytest.approx(measured.cosine)
+    opposite = FourierSeries(0.0, -measured.cosine, -measured.sine)
+    assert explained_share(opposite, orders_beside(opposite, LAW, of)) == pytest.approx(-3.0, abs=0.01)
     # An order that the computed motion does not have is not explained: as large as all others, half of the mean square.
     rms = math.sqrt((measured.amplitudes**2).sum())
     noisy = FourierSeries(0.0, np.append(measured.cosine, np.zeros(2000)), np.append(measured.sine, np.zeros(2000)))
     noisy.cosine[1500] = rms
-    assert compare_with_measurement(noisy, LAW, of).share == pytest.approx(0.5, abs=1e-3)
-    assert compare_with_measurement(noisy, LAW, of).best_delay == pytest.approx((0.0, 0.5), abs=1e-3)
+    computed = orders_beside(noisy, LAW, of)
+    assert explained_share(noisy, computed) == pytest.approx(0.5, abs=1e-3)
+    assert best_delay(noisy, computed) == pytest.approx((0.0, 0.5), abs=1e-3)
     with refused("acceleration", code="no-orders"):
-        compare_with_measurement(FourierSeries.of(1.0), LAW, of)
+        orders_beside(FourierSeries.of(1.0), LAW, of)
 
 
 @pytest.mark.parametrize("degrees", [5.0, -40.0, 0.0])
@@ -163,13 +165,13 @@ def test_the_delay_of_a_measured_acceleration(degrees):
     of = shaft()
     found = orders(MotionOverTime(LAW, of))
     measured = FourierSeries(7.0, OMEGA**2 * found.cosine[:15], OMEGA**2 * found.sine[:15]).shift(math.radians(degrees))
-    comparison = compare_with_measurement(measured, LAW, of)
-    delay, share = comparison.best_delay
+    computed = orders_beside(measured, LAW, of)
+    delay, share = best_delay(measured, computed)
     assert math.degrees(delay) == pytest.approx(degrees, abs=1e-6)
     assert share == pytest.approx(1.0, abs=1e-12)
-    assert comparison.share <= share + 1e-12
+    assert explained_share(measured, computed) <= share + 1e-12
     twice = FourierSeries(7.0, 2 * measured.cosine, 2 * measured.sine)
-    late, share = compare_with_measurement(twice, LAW, of).best_delay
+    late, share = best_delay(twice, orders_beside(twice, LAW, of))
     assert math.degrees(late) == pytest.approx(degrees, abs=1e-6)
     assert share == pytest.approx(0.75, abs=1e-12), "half of each amplitude is left, a quarter of the mean square"
 
@@ -178,7 +180,7 @@ def test_the_delay_of_a_measured_acceleration(degrees):
 def test_a_record_without_orders_is_no_acceleration(mean):
     rounding = 1e-14 * mean * np.ones(15)
     with refused("acceleration", code="constant"):
-        compare_with_measurement(FourierSeries(mean, rounding, rounding), LAW, shaft())
+        orders_beside(FourierSeries(mean, rounding, rounding), LAW, shaft())
 
 
 def harmonics(*amplitudes):
@@ -247,8 +249,10 @@ def test_which_orders_of_a_record_are_examined():
     omitted = [OmittedOrder(k, 0.1 * k, 0.0333 * k if k == 10 else 0.0334 * k if k == 11 else 0.01, 0.0) for k in range(3, 12)]
     found = left_out_orders(fitted(*omitted), LAW, 5, shaft())
     assert [one.order for one in found] == [10, 9, 8, 7, 6, 5]
-    assert found[0] == LeftOut(10, 1.0, pytest.approx(0.333), residual_of_extra_order(LAW, 5, shaft(), 10, 1.0))
+    largest, share = next(iter(found.items()))
+    assert largest == OmittedOrder(10, 1.0, pytest.approx(0.333), 0.0)
+    assert share == residual_of_extra_order(LAW, 5, shaft(), 10, 1.0)
     small = 0.01 * 1e-4 / residual_of_extra_order(LAW, 5, shaft(), 3, 0.01)  # rad/s
     counted = [len(left_out_orders(fitted(OmittedOrder(3, by * small, 1e-9, 0.0)), LAW, 5, shaft())) for by in (1.02, 0.98)]
     assert counted == [1, 0]
-    assert left_out_orders(None, LAW, 5, shaft()) == ()
+    assert left_out_orders(None, LAW, 5, shaft()) == {}

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from tests.refusals import refused
 
-from wucht.cams.elastic_output import Dwell, ElasticOutput, LeverWithDwells, largest_on_arc, ranked_excitations, truncate_law
+from wucht.cams.elastic_output import Dwell, ElasticOutput, largest_on_arc, ranked_excitations, truncate_law
 from wucht.cams.laws.standard_laws import STANDARD_LAWS, RiseAndReturn
 from wucht.cams.laws.synthesis import Band, equiripple, synthesise
 from wucht.numerics.fourier_series import FourierSeries
@@ -42,8 +42,7 @@ def test_many_speeds_at_once_are_each_alone():
     dwells, speeds = [Dwell(-0.5, 0.5, 1.2), Dwell(2.0, 2.5)], np.linspace(20.0, 90.0, 7)
     swept = output.residual_over_speed(lever, speeds, dwells)
     alone = [output.residual(lever, float(w), dwells) for w in speeds]
-    assert swept.deviation == pytest.approx([deviation for deviation, _ in alone], rel=1e-14)
-    assert swept.acceleration == pytest.approx([acceleration for _, acceleration in alone], rel=1e-14)
+    assert np.transpose(swept) == pytest.approx(np.array(alone), rel=1e-14)
 
 
 TAU = np.linspace(0, TURN, 20001)
@@ -146,7 +145,7 @@ def test_a_tuned_lever_is_for_one_speed():
     """It excites less than the plain one about its own speed, and more far below it."""
     tuned = OUTPUT.tuned_lever(LAW, 30.0)
     speeds = np.linspace(1.0, 33.0, 33)
-    of_tuned, plain = (OUTPUT.residual_over_speed(lever, speeds, [DWELL]).deviation for lever in (tuned, LAW))
+    of_tuned, plain = (OUTPUT.residual_over_speed(lever, speeds, [DWELL])[0] for lever in (tuned, LAW))
     assert np.argmin(of_tuned) == 29
     assert of_tuned[29] == pytest.approx(RIPPLE, abs=1e-12)
     assert (of_tuned[26:] < 0.5 * plain[26:]).all()
@@ -156,25 +155,27 @@ def test_a_tuned_lever_is_for_one_speed():
 def test_over_speed_the_residual_is_largest_where_an_order_meets_the_natural_frequency():
     output = ElasticOutput(0.05, 2000.0, 0.05)
     speeds = np.linspace(30.0, 220.0, 1901)
-    found = output.residual_over_speed(LAW, speeds, [DWELL])
-    assert found.orders.tolist() == [1, 2, 3, 4, 5]
-    assert found.resonances == pytest.approx(200 / np.arange(1, 6))
-    inner = found.deviation[1:-1]
-    peaks = speeds[1:-1][(inner > found.deviation[:-2]) & (inner > found.deviation[2:]) & (inner > 0.1)]
-    assert peaks == pytest.approx(found.resonances[::-1], abs=0.11)
-    assert output.residual_over_speed(LAW, np.array([60.0, 70.0]), [DWELL]).orders.tolist() == [3]
+    deviation, _ = output.residual_over_speed(LAW, speeds, [DWELL])
+    orders, resonances = output.resonances(LAW, 30.0, 220.0)
+    assert orders.tolist() == [1, 2, 3, 4, 5]
+    assert resonances == pytest.approx(200 / np.arange(1, 6))
+    inner = deviation[1:-1]
+    peaks = speeds[1:-1][(inner > deviation[:-2]) & (inner > deviation[2:]) & (inner > 0.1)]
+    assert peaks == pytest.approx(resonances[::-1], abs=0.11)
+    assert output.resonances(LAW, 60.0, 70.0)[0].tolist() == [3]
 
 
 def test_a_finite_series_has_no_resonance_below_that_of_its_last_order_and_a_polynomial_has():
     output = ElasticOutput(0.05, 2000.0, 0.05)
     speeds = np.linspace(14.0, 36.0, 111)
-    clean = output.residual_over_speed(LAW, speeds, [DWELL])
-    assert len(clean.orders) == 0
-    assert (np.diff(clean.deviation) > 0).all()
-    rough = output.residual_over_speed(truncate_law(POLYNOMIAL, 40), speeds, [DWELL])
-    assert rough.orders.tolist() == list(range(6, 15))
-    inner = rough.acceleration[1:-1]
-    peaks = speeds[1:-1][(inner > rough.acceleration[:-2]) & (inner > rough.acceleration[2:])]
+    deviation, _ = output.residual_over_speed(LAW, speeds, [DWELL])
+    assert len(output.resonances(LAW, 14.0, 36.0)[0]) == 0
+    assert (np.diff(deviation) > 0).all()
+    polynomial = truncate_law(POLYNOMIAL, 40)
+    _, acceleration = output.residual_over_speed(polynomial, speeds, [DWELL])
+    assert output.resonances(polynomial, 14.0, 36.0)[0].tolist() == list(range(6, 15))
+    inner = acceleration[1:-1]
+    peaks = speeds[1:-1][(inner > acceleration[:-2]) & (inner > acceleration[2:])]
     assert max(np.abs(peaks - r).min() for r in 200 / np.arange(6, 11)) < 0.21
 
 
@@ -225,20 +226,20 @@ def test_the_corrected_cam_excites_less_than_the_original_one_and_the_polynomial
 
     # The dwell of the original cam over tau, such that its angle stays within the dwell of the law.
     ends = [float(np.interp(a, TAU - math.pi + ahead(TAU - math.pi), TAU - math.pi)) for a in (-HALF, HALF)]
-    motions = [
-        LeverWithDwells("3-4-5", truncate_law(POLYNOMIAL, 60), (DWELL,)),
-        LeverWithDwells("original", truncate_law(original, 30), (Dwell(*ends),)),
-        LeverWithDwells("corrected", LAW, (DWELL,)),
-        LeverWithDwells("tuned", OUTPUT.tuned_lever(LAW, 28.5), (DWELL,)),
-    ]
-    found = ranked_excitations(OUTPUT, motions, 28.5)  # order 7 in resonance
+    levers = {
+        "3-4-5": (truncate_law(POLYNOMIAL, 60), (DWELL,)),
+        "original": (truncate_law(original, 30), (Dwell(*ends),)),
+        "corrected": (LAW, (DWELL,)),
+        "tuned": (OUTPUT.tuned_lever(LAW, 28.5), (DWELL,)),
+    }
+    found = ranked_excitations(OUTPUT, levers, 28.5)  # order 7 in resonance
     assert [e.name for e in found] == ["tuned", "corrected", "original", "3-4-5"]
     assert found[0].peak == pytest.approx(28.5**2 * LAW.derivative(2).peak, rel=1e-12)
-    levers = {m.name: m for m in motions}
     for e in found:
-        out = OUTPUT.steady(levers[e.name].lever, 28.5)
+        lever, dwells = levers[e.name]
+        out = OUTPUT.steady(lever, 28.5)
         assert e.peak == pytest.approx(28.5**2 * np.abs(out(TAU, 2)).max(), rel=1e-6)
-        assert (e.deviation, e.acceleration) == OUTPUT.residual(levers[e.name].lever, 28.5, levers[e.name].dwells)
+        assert (e.deviation, e.acceleration) == OUTPUT.residual(lever, 28.5, dwells)
 
 
 def test_weights_from_a_resonance_give_the_law_with_the_least_acceleration_of_the_output():
@@ -327,7 +328,7 @@ def test_other_input_that_makes_no_sense_is_refused():
     with refused("orders", given=50):
         truncate_law(POLYNOMIAL, 50, 100)
     with refused("a law without a dwell: dwells", given=None):
-        ranked_excitations(OUTPUT, [LeverWithDwells("a law without a dwell", LAW, ())], 10.0)
+        ranked_excitations(OUTPUT, {"a law without a dwell": (LAW, ())}, 10.0)
 
 
 @pytest.mark.parametrize("stiffness", [2000.0, 1 / 2000])

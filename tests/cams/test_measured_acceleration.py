@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from wucht.cams.correction import compare_orders
 from wucht.cams.measured_acceleration import MeasuredAcceleration
 from wucht.measurements.recording import Channel
 from wucht.numerics.fourier_series import FourierSeries
@@ -23,9 +22,8 @@ def measured(
 ) -> MeasuredAcceleration:
     """A record of cos(tau - delay) about 100, of which amplitude cos(tau) is computed."""
     record = FourierSeries.of(100.0, [math.cos(delay)], [math.sin(delay)])
-    comparison = compare_orders(record, FourierSeries.of(0.0, [amplitude]))
     some = Channel("record", "a", "m/s^2", np.arange(2.0), np.arange(2.0)) if channel is None else channel
-    return MeasuredAcceleration(some, comparison, noise, turns, 1.0, 0.25, np.array(above))
+    return MeasuredAcceleration(some, record, FourierSeries.of(0.0, [amplitude]), noise, turns, 1.0, 0.25, np.array(above))
 
 
 def test_a_delay_counts_where_it_explains_noticeably_more() -> None:
@@ -40,7 +38,7 @@ def test_a_delay_counts_where_it_explains_most_of_the_record() -> None:
     """An amplitude c explains 2 c - c^2 of the orders, whose power of one half stands beside that of the noise."""
     assert measured(0.5, 1 - math.sqrt(0.495)).delay is not None and measured(0.5, 1 - math.sqrt(0.505)).delay is None
     assert measured(0.5, noise=math.sqrt(0.49)).delay is not None and measured(0.5, noise=math.sqrt(0.51)).delay is None
-    assert measured(noise=math.sqrt(0.5)).explained_share(0.8) == pytest.approx(0.4)
+    assert measured(noise=math.sqrt(0.5)).share_of_record(0.8) == pytest.approx(0.4)
 
 
 def test_with_too_few_orders_there_is_no_delay() -> None:

@@ -283,69 +283,72 @@ def _excitation(
     return tuple(definitions), tuple(excitation)
 
 
-@dataclass(frozen=True)
-class FullMotion:
-    """The full motion that belongs to states of the averaged equations."""
+def full_motion(
+    averaged_equations: AveragedEquations,
+    time: np.ndarray,
+    states: np.ndarray,
+    rotor_angle: np.ndarray,
+    speed: float | None = None,
+) -> np.ndarray:
+    """States (N_full, N) of ``machine.system`` that belong to slow states (n, N) at times (N,).
 
-    averaged_equations: AveragedEquations
+    rotor_angle: (N,), the integral of the main rotor's speed in its sense. speed: where it is fixed.
+    """
+    machine, parameters = averaged_equations.machine, averaged_equations.values(speed)
+    frequency, steady_outputs = machine.shaking_frequency, _steady_outputs(averaged_equations)
+    outputs = steady_outputs(time, states, parameters)
+    fluctuations = Evaluator.of_outputs(averaged_equations.fast)(time, states, parameters)
+    # theta is the angle of the prescribed motion, else of the main rotor.
+    theta = np.asarray(rotor_angle, float) if frequency is None else frequency * time
+    turning, main = np.exp(1j * theta), _main_speed(averaged_equations, outputs)
+    w = main if frequency is None else frequency + 0 * theta
+    values = dict[str, np.ndarray]()
+    for b in machine.bodies:
+        sense = averaged_equations.senses[b.name]
+        once, twice = (_complex(fluctuations, x, b.name, main) for x in ("gravity", "ripple"))
+        fluctuation, rate = once * turning + twice * turning**2, 1j * w * (once * turning + 2 * twice * turning**2)
+        phase = _total_phase(averaged_equations, states, b.name)
+        values[b.coordinate.position.name] = sense * (theta + phase + fluctuation.real)
+        values[b.coordinate.velocity.name] = sense * (outputs[f"speed[{b.name}]"] + rate.real)
+    z = _amplitudes(averaged_equations, outputs)
+    # The rates of the amplitudes along the slow motion, by central differences over a small part of a turn; one step for all
+    # samples: the result for one does not depend on the others.
+    fastest = max((f for f in natural_frequencies(machine).values() if f > 0), default=0.0)
+    fastest = fastest or float(np.abs(w).max(initial=0.0)) or 1.0
+    slow_rate, step = Evaluator.of_rates(averaged_equations.system).array(time, states, parameters), _STEP / fastest
+    after, before = (
+        _amplitudes(averaged_equations, steady_outputs(time + h, states + h * slow_rate, parameters)) for h in (step, -step)
+    )
+    amplitude_rates = np.where(w == 0, 0.0, (after - before) / (2 * step))
+    for c, rest, amplitude, rate in zip(machine.carrier, machine.rest, z, amplitude_rates, strict=True):
+        values[c.position.name] = rest + (amplitude * turning).real
+        values[c.velocity.name] = ((1j * w * amplitude + rate) * turning).real
+    return np.array([values[name] for name in machine.state_names])
 
-    def __call__(self, time: np.ndarray, states: np.ndarray, rotor_angle: np.ndarray, speed: float | None = None) -> np.ndarray:
-        """States (N_full, N) of ``machine.system`` for slow states (n, N) at times (N,).
 
-        rotor_angle: (N,), the integral of the main rotor's speed in its sense. speed: where it is fixed.
-        """
-        averaged_equations, machine = self.averaged_equations, self.averaged_equations.machine
-        parameters, frequency = averaged_equations.values(speed), machine.shaking_frequency
-        outputs = self._steady_outputs(time, states, parameters)
-        fluctuations = Evaluator.of_outputs(averaged_equations.fast)(time, states, parameters)
-        # theta is the angle of the prescribed motion, else of the main rotor.
-        theta = np.asarray(rotor_angle, float) if frequency is None else frequency * time
-        turning, main = np.exp(1j * theta), outputs[f"speed[{averaged_equations.averaged_system.bodies.names[0]}]"]
-        w = main if frequency is None else frequency + 0 * theta
-        values = dict[str, np.ndarray]()
-        for b in machine.bodies:
-            sense, (once, twice) = (
-                averaged_equations.senses[b.name],
-                (_complex(fluctuations, x, b.name, main) for x in ("gravity", "ripple")),
-            )
-            fluctuation, rate = once * turning + twice * turning**2, 1j * w * (once * turning + 2 * twice * turning**2)
-            values[b.coordinate.position.name] = sense * (theta + self._phase(states, b.name) + fluctuation.real)
-            values[b.coordinate.velocity.name] = sense * (outputs[f"speed[{b.name}]"] + rate.real)
-        z, amplitude_rates = self._amplitudes(outputs), self._amplitude_rates(time, states, parameters, w)
-        for c, rest, amplitude, rate in zip(machine.carrier, machine.rest, z, amplitude_rates, strict=True):
-            values[c.position.name] = rest + (amplitude * turning).real
-            values[c.velocity.name] = ((1j * w * amplitude + rate) * turning).real
-        return np.array([values[name] for name in machine.state_names])
+def _steady_outputs(averaged_equations: AveragedEquations) -> Evaluator:
+    """Speeds and amplitudes: no other output of the averaged equations is needed."""
+    system, bodies = averaged_equations.system, averaged_equations.averaged_system.bodies.names
+    names = [f"speed[{n}]" for n in bodies]
+    names += [f"amplitude.{part}[{d}]" for d in averaged_equations.machine.labels for part in ("re", "im")]
+    return Evaluator.of(system, [system.output(n).expression for n in names], names)
 
-    @cached_property
-    def _steady_outputs(self) -> Evaluator:
-        """Speeds and amplitudes: no other output of the averaged equations is needed."""
-        system, bodies = self.averaged_equations.system, self.averaged_equations.averaged_system.bodies.names
-        names = [f"speed[{n}]" for n in bodies]
-        names += [f"amplitude.{part}[{d}]" for d in self.averaged_equations.machine.labels for part in ("re", "im")]
-        return Evaluator.of(system, [system.output(n).expression for n in names], names)
 
-    def _phase(self, states: np.ndarray, name: str) -> np.ndarray:
-        """alpha of a body to the reference (N,)."""
-        names = self.averaged_equations.system.state_names
-        phases = [f"{body}.phase" for body in Tree(self.averaged_equations.references).path(name)]
-        return np.asarray(sum((states[names.index(p)] for p in phases if p in names), np.zeros(states.shape[1])))
+def _total_phase(averaged_equations: AveragedEquations, states: np.ndarray, name: str) -> np.ndarray:
+    """alpha of a body to the reference (N,)."""
+    names = averaged_equations.system.state_names
+    phases = [f"{body}.phase" for body in Tree(averaged_equations.references).path(name)]
+    return np.asarray(sum((states[names.index(p)] for p in phases if p in names), np.zeros(states.shape[1])))
 
-    def _amplitude_rates(
-        self, time: np.ndarray, states: np.ndarray, parameters: tuple[float, ...], w: np.ndarray
-    ) -> np.ndarray:
-        """z' (m, N) along the slow motion, by central differences over a small part of a turn."""
-        # One step for all samples: the result for one does not depend on the others.
-        natural, system = natural_frequencies(self.averaged_equations.machine).values(), self.averaged_equations.system
-        fastest = max((f for f in natural if f > 0), default=0.0) or float(np.abs(w).max(initial=0.0)) or 1.0
-        rate, step = Evaluator.of_rates(system).array(time, states, parameters), _STEP / fastest
-        after, before = (self._amplitudes(self._steady_outputs(time + h, states + h * rate, parameters)) for h in (step, -step))
-        return np.where(w == 0, 0.0, (after - before) / (2 * step))
 
-    def _amplitudes(self, outputs: Mapping[str, np.ndarray]) -> np.ndarray:
-        """z (m, N)."""
-        main = outputs[f"speed[{self.averaged_equations.averaged_system.bodies.names[0]}]"]
-        return np.array([_complex(outputs, "amplitude", d, main) for d in self.averaged_equations.machine.labels])
+def _main_speed(averaged_equations: AveragedEquations, outputs: Mapping[str, np.ndarray]) -> np.ndarray:
+    return outputs[f"speed[{averaged_equations.averaged_system.bodies.names[0]}]"]
+
+
+def _amplitudes(averaged_equations: AveragedEquations, outputs: Mapping[str, np.ndarray]) -> np.ndarray:
+    """z (m, N)."""
+    main = _main_speed(averaged_equations, outputs)
+    return np.array([_complex(outputs, "amplitude", d, main) for d in averaged_equations.machine.labels])
 
 
 def _complex(outputs: Mapping[str, np.ndarray], quantity: str, name: str, main: np.ndarray) -> np.ndarray:

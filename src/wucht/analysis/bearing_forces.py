@@ -22,19 +22,10 @@ _SPEED = "speed"
 _VIRTUAL = {d: Coordinate.from_names(f"bearing.{d}", f"bearing.v{d}") for d in _PLANE}
 
 
-@dataclass(frozen=True)
-class RatedBearing:
-    """The bearing of a rotor: its rating, and the share of the rotor's force that it takes."""
-
-    rating: BearingRating
-    share: float = 1.0
-
-
-def rated_bearings(machine: Machine) -> dict[str, RatedBearing]:
-    """Return the bearings that have a rating, by the name of their rotor."""
+def bearing_ratings(machine: Machine) -> dict[str, BearingRating]:
+    """Return the ratings of bearings that have one, by the name of their rotor."""
     names = [p.name for p in machine.parts if isinstance(p, Rotor) and p.bearing is not None]
-    values = {n: [machine.values[f"{n}.bearing.{key}"] for key in ("C", "p", "share")] for n in names}
-    return {n: RatedBearing(BearingRating(c, p), share) for n, (c, p, share) in values.items()}
+    return {n: BearingRating(machine.values[f"{n}.bearing.C"], machine.values[f"{n}.bearing.p"]) for n in names}
 
 
 @dataclass(frozen=True)
@@ -51,7 +42,10 @@ class BearingForces:
     def of(cls, machine: Machine, rotors: tuple[str, ...] | None = None) -> BearingForces:
         """Return the forces of some rotors, by default of all, of a machine with units and without couple unbalance."""
         names = tuple(r.name for r in machine.rotors) if rotors is None else rotors
-        expressions = [e for name in names for e in (*_plane_force(machine, name), _bearing_speed(machine, name))]
+        expressions = list[sp.Expr]()
+        for name in names:  # the outer ring of a bearing sits in the carrier
+            expressions += [bearing_force(machine, name, direction) for direction in _PLANE]
+            expressions.append(machine.body(name).coordinate.velocity - machine.frame.rotation)
         return cls(names, Evaluator.of(machine.system, expressions, [f"{n}.{k}" for n in names for k in (*_PLANE, _SPEED)]))
 
     def __call__(self, motion: Trajectory) -> tuple[Mapping[str, np.ndarray], Mapping[str, np.ndarray]]:
@@ -71,15 +65,6 @@ def bearing_force(machine: Machine, rotor: str, direction: str) -> sp.Expr:
         return _force_on_guide(machine, rotor, direction)
     alone = len(machine.rotors) == 1
     return machine.system.output(f"bearing_force_{direction}" if alone else f"bearing_force[{rotor}]_{direction}").expression
-
-
-def _plane_force(machine: Machine, rotor: str) -> tuple[sp.Expr, ...]:
-    return tuple(bearing_force(machine, rotor, d) for d in _PLANE)
-
-
-def _bearing_speed(machine: Machine, rotor: str) -> sp.Expr:
-    """Return the speed of a rotor against the carrier, in which the outer ring of its bearing sits."""
-    return machine.body(rotor).coordinate.velocity - machine.frame.rotation
 
 
 def _force_on_guide(machine: Machine, rotor: str, direction: str) -> sp.Expr:

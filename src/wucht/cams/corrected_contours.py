@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.cams.cam import Cam
-from wucht.cams.cam_curves import CamCurves
 from wucht.cams.drive_cams import DriveCams
 from wucht.cams.milled_cam import milled_motion
 from wucht.cams.shaft_motion import ShaftMotion
@@ -28,7 +27,6 @@ class CheckedContour:
     chord: largest distance in m between chords and contour. shape: its sizes.
     """
 
-    curves: CamCurves
     displacement: np.ndarray
     chord: float
     shape: Shape
@@ -36,10 +34,12 @@ class CheckedContour:
     @classmethod
     def of(cls, name: str, cam: Cam, original: Cam, angles: np.ndarray) -> CheckedContour:
         """Return the contour. Raises ``InputError`` where a corrected cam is cut away; the original one may be."""
-        curves, is_original = CamCurves.of(cam, angles), cam is original
+        is_original = cam is original
         shape = shapes({name: cam}, allow_undercut=is_original)[name]
-        distance = np.zeros(len(angles)) if is_original else signed_distance(original.contour, curves.contour, curves.normal)
-        return cls(curves, distance, chord_deviation(cam.contour, angles), shape)
+        distance = np.zeros(len(angles))
+        if not is_original:
+            distance = signed_distance(original.contour, cam.contour(angles), cam.normal(angles))
+        return cls(distance, chord_deviation(cam.contour, angles), shape)
 
 
 def signed_distance(curve: CamCurve, points: np.ndarray, normals: np.ndarray) -> np.ndarray:

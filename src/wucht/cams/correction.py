@@ -7,7 +7,7 @@ cam angle; on any other the cam for it has the same motion over the angle that t
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,6 +18,7 @@ from wucht.cams.laws import Law
 from wucht.cams.linkages.closure import composed_derivative
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.errors import InputError
+from wucht.measurements.order_checks import OmittedOrder
 from wucht.measurements.order_fit import OrderFit
 from wucht.numerics.fourier_series import FourierSeries, even_angles
 
@@ -210,33 +211,22 @@ def residual_of_extra_order(law: Law, count: int | None, shaft: ShaftMotion, ord
     return _worst(Purity.from_law(law, count), cases)
 
 
-@dataclass(frozen=True)
-class LeftOut:
-    """Order of the speed in a record that is not corrected. amplitude, error: in rad/s. share: its residual."""
+def left_out_orders(fit: OrderFit | None, law: Law, count: int | None, shaft: ShaftMotion) -> dict[OmittedOrder, float]:
+    """Return the residual due to each significant order of a record that is not corrected and matters, the largest order first.
 
-    order: int
-    amplitude: float
-    error: float
-    share: float
-
-
-def left_out_orders(fit: OrderFit | None, law: Law, count: int | None, shaft: ShaftMotion) -> tuple[LeftOut, ...]:
-    """Return the significant orders of a record that are not corrected and matter, the largest first; none without a record.
-
-    count: N, see ``residuals``.
+    None without a record. count: N, see ``residuals``.
     """
     significant = [] if fit is None else [one for one in fit.omitted_orders if one.amplitude > _ERRORS * one.error]
-    left_out: list[LeftOut] = []
+    left_out = dict[OmittedOrder, float]()
     for one in sorted(significant, key=lambda one: -one.amplitude)[:_MOST_LEFT_OUT]:
         with suppress(InputError):  # the shaft would turn back with it
-            share = residual_of_extra_order(law, count, shaft, one.order, one.amplitude)
-            left_out.append(LeftOut(one.order, one.amplitude, one.error, share))
-    return tuple(one for one in left_out if one.share > _NOTHING)
+            left_out[one] = residual_of_extra_order(law, count, shaft, one.order, one.amplitude)
+    return {one: share for one, share in left_out.items() if share > _NOTHING}
 
 
-def residual_of_all(left_out: Iterable[LeftOut]) -> float:
+def residual_of_all(left_out: Mapping[OmittedOrder, float]) -> float:
     """Return the residual of all orders of the record that are not corrected: about the root of the sum of squares."""
-    return math.hypot(*(one.share for one in left_out))
+    return math.hypot(*left_out.values())
 
 
 def residual_of_errors(fit: OrderFit, residuals: Mapping[str, float]) -> float:
@@ -249,33 +239,8 @@ def residual_of_errors(fit: OrderFit, residuals: Mapping[str, float]) -> float:
     return float(np.linalg.norm([shares[j] * error / amplitudes[j - 1] for j, error in errors if j in shares]))
 
 
-@dataclass(frozen=True, eq=False)
-class AccelerationComparison:
-    """Measured orders, as of the acceleration of the output, beside computed ones of the same unit. share: of the mean square
-    of the measured orders that the computed ones explain."""
-
-    measured_orders: FourierSeries
-    computed_orders: FourierSeries
-    share: float
-
-    @cached_property
-    def best_delay(self) -> tuple[float, float]:
-        """Delay in rad of tau, within half a turn, of the measured orders after the computed ones where they agree best, and
-        the share explained with it."""
-        m, c = (series.cosine - 1j * series.sine for series in (self.measured_orders, self.computed_orders))
-        product = m[: len(c)].conj() * c
-        agreement = FourierSeries(0.0, product.real, product.imag)  # over the delay
-        at = agreement.stationary()
-        best = float(at[np.argmax(agreement(at))])
-        measured_power, computed_power = (
-            float((series.amplitudes**2).sum()) for series in (self.measured_orders, self.computed_orders)
-        )
-        share = (2 * float(agreement(best)) - computed_power) / measured_power
-        return math.remainder(best, 2 * math.pi), share
-
-
-def compare_with_measurement(acceleration: FourierSeries, law: Law, shaft: ShaftMotion) -> AccelerationComparison:
-    """004, figures 2 and 4: orders of a measured acceleration (in rad/s^2 or m/s^2) and of what the cam should make.
+def orders_beside(acceleration: FourierSeries, law: Law, shaft: ShaftMotion) -> FourierSeries:
+    """004, figures 2 and 4: orders of what the cam should make, as many as of a measured acceleration, in its unit.
 
     Raises ``InputError`` (acceleration) where it has no orders.
     """
@@ -286,13 +251,33 @@ def compare_with_measurement(acceleration: FourierSeries, law: Law, shaft: Shaft
         requirement = f"this record holds no orders, it is constant at {acceleration.mean:.4g}: is it the right column?"
         raise InputError("acceleration", None, requirement, code="constant")
     motion_orders, scale = orders(MotionOverTime(law, shaft)), shaft.mean**2
-    return compare_orders(acceleration, FourierSeries(0.0, scale * motion_orders.cosine, scale * motion_orders.sine))
+    count = acceleration.count
+    return FourierSeries(0.0, scale * motion_orders.cosine[:count], scale * motion_orders.sine[:count])
 
 
-def compare_orders(measured_orders: FourierSeries, computed_orders: FourierSeries) -> AccelerationComparison:
-    """Compare measured orders, which are not all zero, with computed ones in the same unit; the means do not count."""
-    count = min(measured_orders.count, computed_orders.count)
-    computed_orders = FourierSeries(0.0, computed_orders.cosine[:count], computed_orders.sine[:count])
-    cosine, sine = measured_orders.cosine[:count] - computed_orders.cosine, measured_orders.sine[:count] - computed_orders.sine
-    rest = float((np.hypot(cosine, sine) ** 2).sum() + (measured_orders.amplitudes[count:] ** 2).sum())
-    return AccelerationComparison(measured_orders, computed_orders, 1 - rest / float((measured_orders.amplitudes**2).sum()))
+def explained_share(measured: FourierSeries, computed: FourierSeries) -> float:
+    """Return the share of the mean square of measured orders, which are not all zero, that computed ones explain.
+
+    Both in one unit; the means do not count.
+    """
+    count = min(measured.count, computed.count)
+    cosine, sine = (getattr(measured, part)[:count] - getattr(computed, part)[:count] for part in ("cosine", "sine"))
+    rest = float((np.hypot(cosine, sine) ** 2).sum() + (measured.amplitudes[count:] ** 2).sum())
+    return 1 - rest / float((measured.amplitudes**2).sum())
+
+
+def best_delay(measured: FourierSeries, computed: FourierSeries) -> tuple[float, float]:
+    """Return the delay in rad of tau, within half a turn, of measured orders after computed ones where they agree best.
+
+    Also the share explained with it, see ``explained_share``.
+    """
+    count = min(measured.count, computed.count)
+    computed = FourierSeries(0.0, computed.cosine[:count], computed.sine[:count])
+    m, c = (series.cosine[:count] - 1j * series.sine[:count] for series in (measured, computed))
+    product = m.conj() * c
+    agreement = FourierSeries(0.0, product.real, product.imag)  # over the delay
+    at = agreement.stationary()
+    best = float(at[np.argmax(agreement(at))])
+    measured_power, computed_power = (float((series.amplitudes**2).sum()) for series in (measured, computed))
+    share = (2 * float(agreement(best)) - computed_power) / measured_power
+    return math.remainder(best, 2 * math.pi), share

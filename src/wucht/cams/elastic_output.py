@@ -8,7 +8,7 @@ with kg m^2, N m/rad, N m s/rad, or in m with kg, N/m, N s/m.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,21 +84,6 @@ class Dwell:
     def largest_of(self, mean: np.ndarray, waves: np.ndarray) -> np.ndarray:
         """Return the largest magnitudes of many series at once (M,): see ``largest_on_arc``."""
         return largest_on_arc(self.begin, self.last - self.begin, mean, waves)
-
-
-@dataclass(frozen=True, eq=False)
-class VibrationOverSpeed:
-    """speeds: rad/s (M,). deviation, acceleration: see ``ElasticOutput.residual`` (M,).
-
-    orders, resonances: the orders k of the lever that meet the natural frequency within these speeds, and at which,
-    omega_0/k in rad/s (R,).
-    """
-
-    speeds: np.ndarray
-    deviation: np.ndarray
-    acceleration: np.ndarray
-    orders: np.ndarray
-    resonances: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -183,24 +168,22 @@ class ElasticOutput:
 
         They are the deviation of the output from its rest position, in its unit, and its acceleration, per s^2.
         """
-        deviation, acceleration = self._dwell_vibration(lever, np.array([omega]), dwells)
+        deviation, acceleration = self.residual_over_speed(lever, np.array([omega]), dwells)
         return float(deviation[0]), float(acceleration[0])
 
-    def residual_over_speed(self, lever: FourierSeries, speeds: np.ndarray, dwells: Sequence[Dwell]) -> VibrationOverSpeed:
-        """Return the residual vibration at each mean speed in rad/s (M,), of one lever. Raises as ``residual``."""
-        speeds = np.atleast_1d(np.asarray(speeds, float))
-        if not speeds.size:
-            raise InputError("speeds", None, "there must be at least one speed")
-        deviation, acceleration = self._dwell_vibration(lever, speeds, dwells)
+    def resonances(self, lever: FourierSeries, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the orders k of the lever (R,) that meet the natural frequency between two speeds, and where: omega_0/k."""
         orders = np.flatnonzero(_present(lever)) + 1
-        resonances = self.natural_frequency / orders
-        within = (resonances >= speeds.min()) & (resonances <= speeds.max())
-        return VibrationOverSpeed(speeds, deviation, acceleration, orders[within], resonances[within])
+        speeds = self.natural_frequency / orders
+        within = (speeds >= low) & (speeds <= high)
+        return orders[within], speeds[within]
 
-    def _dwell_vibration(
+    def residual_over_speed(
         self, lever: FourierSeries, speeds: np.ndarray, dwells: Sequence[Dwell]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the largest deviation (M,) and acceleration (M,) in the dwells at each speed."""
+        """Return the residual vibration of one lever at each mean speed in rad/s (M,). Raises as ``residual``."""
+        if not len(speeds):
+            raise InputError("speeds", None, "there must be at least one speed")
         if not dwells:
             raise InputError("dwells", None, "there must be a dwell in which the residual vibration is evaluated")
         waves, k = np.stack([_waves(self.steady(lever, float(omega))) for omega in speeds]), np.arange(1, lever.count + 1)
@@ -271,13 +254,7 @@ def truncate_law(law: Law, count: int, samples: int | None = None) -> FourierSer
     return FourierSeries(whole.mean, whole.cosine[:count], whole.sine[:count])
 
 
-@dataclass(frozen=True, eq=False)
-class LeverWithDwells:
-    """A motion of the lever to be compared. name: its label. lever: over tau. dwells: of the output, over tau."""
-
-    name: str
-    lever: FourierSeries
-    dwells: tuple[Dwell, ...]
+Levers = Mapping[str, tuple[FourierSeries, tuple[Dwell, ...]]]  # motions of the lever, and dwells of the output, over tau
 
 
 @dataclass(frozen=True, eq=False)
@@ -291,17 +268,17 @@ class Excitation:
     peak: float
 
 
-def ranked_excitations(output: ElasticOutput, motions: Sequence[LeverWithDwells], omega: float) -> tuple[Excitation, ...]:
-    """Return the vibration that each motion excites at a mean speed in rad/s, that with the least deviation in dwells first.
+def ranked_excitations(output: ElasticOutput, levers: Levers, omega: float) -> tuple[Excitation, ...]:
+    """Return the vibration that each lever excites at a mean speed in rad/s, that with the least deviation in dwells first.
 
     Raises ``InputError`` as ``ElasticOutput.residual``, with the name of the motion.
     """
     excitations = list[Excitation]()
-    for motion in motions:
+    for name, (lever, dwells) in levers.items():
         try:
-            deviation, acceleration = output.residual(motion.lever, omega, motion.dwells)
+            deviation, acceleration = output.residual(lever, omega, dwells)
         except InputError as error:
-            raise error.with_prefix(motion.name, ": ") from None
-        peak = omega**2 * output.steady(motion.lever, omega).derivative(2).peak
-        excitations.append(Excitation(motion.name, deviation, acceleration, peak))
+            raise error.with_prefix(name, ": ") from None
+        peak = omega**2 * output.steady(lever, omega).derivative(2).peak
+        excitations.append(Excitation(name, deviation, acceleration, peak))
     return tuple(sorted(excitations, key=lambda e: e.deviation))

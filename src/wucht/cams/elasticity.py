@@ -12,8 +12,7 @@ from wucht.cams.elastic_output import (
     Dwell,
     ElasticOutput,
     Excitation,
-    LeverWithDwells,
-    VibrationOverSpeed,
+    Levers,
     ranked_excitations,
     truncate_law,
 )
@@ -37,12 +36,17 @@ _NEAR = np.array([-0.02, -0.01, 0.0, 0.01, 0.02])  # about a resonance, so that 
 class Vibrations:
     """Vibrations of an elastic output.
 
-    names, sweeps: of each cam, the latter over speed. excitations: by each cam, and by other laws with the same stroke and
-    dwell, those with the least vibration first. notes: computations that were not possible.
+    speeds: rad/s (M,). deviation, acceleration: by each cam of ``names`` at these, see ``ElasticOutput.residual`` (L, M).
+    orders, resonances: of the corrected cam, see ``ElasticOutput.resonances`` (R,). excitations: by each cam, and by other laws
+    with the same stroke and dwell, those with the least vibration first. notes: computations that were not possible.
     """
 
     names: tuple[str, ...]
-    sweeps: tuple[VibrationOverSpeed, ...]
+    speeds: np.ndarray
+    deviation: np.ndarray
+    acceleration: np.ndarray
+    orders: np.ndarray
+    resonances: np.ndarray
     excitations: tuple[Excitation, ...]
     notes: tuple[str, ...]
 
@@ -65,16 +69,17 @@ def vibrations(
     time_dwells = tuple(
         Dwell(float(original_motion.time(d.begin)), float(original_motion.time(d.end)), d.value) for d in dwells
     )
-    levers = [LeverWithDwells("original cam", _series(MotionOverTime(law, original_motion)), time_dwells)]
-    levers.append(LeverWithDwells("corrected cam", clean, dwells))
+    levers = {"original cam": (_series(MotionOverTime(law, original_motion)), time_dwells), "corrected cam": (clean, dwells)}
     try:
-        levers.append(LeverWithDwells("corrected and tuned cam", output.tuned_lever(clean, omega), dwells))
+        levers["corrected and tuned cam"] = output.tuned_lever(clean, omega), dwells
     except InputError as error:
         notes.append(f"no cam is tuned to the output: {error.explanation}")
     speeds = _with_resonances(output, clean.count, speeds)
-    sweeps = tuple(output.residual_over_speed(one.lever, speeds, one.dwells) for one in levers)
-    excitations = ranked_excitations(output, [*levers, *_standard_levers(law, dwells)], omega)
-    return Vibrations(tuple(one.name for one in levers), sweeps, excitations, tuple(notes))
+    residuals = [output.residual_over_speed(lever, speeds, at) for lever, at in levers.values()]
+    deviation, acceleration = (np.array(values) for values in zip(*residuals, strict=True))
+    orders, resonances = output.resonances(clean, speeds.min(), speeds.max())
+    excitations = ranked_excitations(output, {**levers, **_standard_levers(law, dwells)}, omega)
+    return Vibrations(tuple(levers), speeds, deviation, acceleration, orders, resonances, excitations, tuple(notes))
 
 
 def _series(law: Law) -> FourierSeries:
@@ -91,21 +96,21 @@ def _with_resonances(output: ElasticOutput, count: int, speeds: np.ndarray) -> n
     return np.unique(np.append(speeds, near[(near >= speeds[0]) & (near <= speeds[-1])]))
 
 
-def _standard_levers(law: Law, dwells: tuple[Dwell, ...]) -> list[LeverWithDwells]:
+def _standard_levers(law: Law, dwells: tuple[Dwell, ...]) -> Levers:
     """Return standard laws with the same stroke and dwell, rise and return in equal times, where there is one dwell."""
     if len(dwells) != 1:
-        return []
+        return {}
     (dwell,) = dwells
     begin, end = dwell.end, dwell.begin + 2 * math.pi
     middle = (begin + end) / 2
     away = law(even_angles(_SAMPLES)) - dwell.value
     stroke = float(away[np.abs(away).argmax()])
-    levers = list[LeverWithDwells]()
+    levers = dict[str, tuple[FourierSeries, tuple[Dwell, ...]]]()
     for name in _STANDARD:
         rise_and_return = RiseAndReturn(standard_law(name), stroke, (begin, middle), (middle, end))
         series = truncate_law(rise_and_return, _MOST_ORDERS)
         lever = FourierSeries(series.mean + dwell.value, series.cosine, series.sine)
-        levers.append(LeverWithDwells(f"law {name}", lever, dwells))
+        levers[f"law {name}"] = lever, dwells
     return levers
 
 
@@ -123,25 +128,22 @@ class Twist:
     twist: float
 
 
-@dataclass(frozen=True, eq=False)
-class Twists:
-    """Motions behind an elastic shaft, of each cam with a periodic motion. notes: reasons for the other cams."""
+def cam_twists(
+    shaft: ElasticShaft, inertia: float, purity: Purity, original_motion: ShaftMotion, corrected_motion: ShaftMotion
+) -> tuple[tuple[Twist, ...], tuple[str, ...]]:
+    """Compute the motion of cams behind an elastic shaft whose flywheel turns as predicted for a rigid shaft.
 
-    cams: tuple[Twist, ...]
-    notes: tuple[str, ...]
-
-
-def twists(
-    shaft: ElasticShaft, law: Law, purity: Purity, inertia: float, original_motion: ShaftMotion, corrected_motion: ShaftMotion
-) -> Twists:
-    """Compute the motion of cams behind an elastic shaft whose flywheel turns as predicted for a rigid shaft."""
-    rigid = _sampled_law(CorrectedLaw(law, corrected_motion))
+    inertia: of the output, in kg m^2 or kg. Returns that of each cam with a periodic motion, and the reasons for the others.
+    """
+    law = purity.law
+    corrected_law = CorrectedLaw(law, corrected_motion)
+    rigid = FourierSeries.from_samples(corrected_law(even_angles(_SAMPLES))).without_rounding()
     cams: list[tuple[str, OutputLoad, ShaftMotion]] = [
         ("original cam", OriginalCam(law, inertia), original_motion),
         (RIGID_SHAFT_CAM, OriginalCam(rigid, inertia), corrected_motion),
         (TWIST_CAM, CorrectedCam(law, inertia), corrected_motion),
     ]
-    twist_list, notes = list[Twist](), list[str]()
+    twists, notes = list[Twist](), list[str]()
     for name, load, flywheel in cams:
         points = min(max(_FEWEST, 4 * flywheel.speed.count), _MOST)
         drive = FourierSeries.from_samples(flywheel.angle(even_angles(points)) - even_angles(points)).without_rounding()
@@ -152,9 +154,5 @@ def twists(
             continue
         torque = float(np.abs(turning.torque(even_angles(_SAMPLES))).max())
         lag = drive(even_angles(_SAMPLES)) - turning.fluctuation(even_angles(_SAMPLES))
-        twist_list.append(Twist(name, purity.share(turning.output.derivative(2)), torque, float(np.abs(lag).max())))
-    return Twists(tuple(twist_list), tuple(notes))
-
-
-def _sampled_law(law: Law) -> FourierSeries:
-    return FourierSeries.from_samples(law(even_angles(_SAMPLES))).without_rounding()
+        twists.append(Twist(name, purity.share(turning.output.derivative(2)), torque, float(np.abs(lag).max())))
+    return tuple(twists), tuple(notes)

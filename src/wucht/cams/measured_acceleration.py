@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from wucht.cams.correction import AccelerationComparison, MotionOverTime, compare_with_measurement, orders
+from wucht.cams.correction import MotionOverTime, best_delay, explained_share, orders, orders_beside
 from wucht.cams.laws import Law
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.measurements.order_checks import check_samples
@@ -26,14 +26,15 @@ _ABOVE = 0.1  # of the root mean square: a larger share of the computed motion a
 class MeasuredAcceleration:
     """Measured acceleration beside the computed one.
 
-    channel: the record in rad/s^2 or m/s^2. comparison: of its orders with the computed motion. noise: root mean square of the
-    residual, in the same unit. turns: of the record. ratio: of the speed at which it repeats to the mean speed of the shaft.
-    zero: time in s of its clock at which the cam angle is zero. above (n,): of the root mean square of the computed motion the
-    share of the orders above 0, 1, ...
+    channel: the record in rad/s^2 or m/s^2. measured_orders: of the record. computed_orders: of the computed motion. noise:
+    root mean square of the residual, in the same unit. turns: of the record. ratio: of the speed at which it repeats to the
+    mean speed of the shaft. zero: time in s of its clock at which the cam angle is zero. above (n,): of the root mean square of
+    the computed motion the share of the orders above 0, 1, ...
     """
 
     channel: Channel
-    comparison: AccelerationComparison
+    measured_orders: FourierSeries
+    computed_orders: FourierSeries
     noise: float
     turns: float
     ratio: float
@@ -49,21 +50,26 @@ class MeasuredAcceleration:
         fitted_orders = np.arange(1, count + 1)
         check_samples(ShaftSignal(channel.location, "speed", channel.time, channel.values), shaft.mean, fitted_orders)
         series, noise, speed = _fit_orders(channel, fitted_orders, shaft.mean, zero)
-        comparison = compare_with_measurement(series, law, shaft)
+        computed_orders = orders_beside(series, law, shaft)
         powers = orders(MotionOverTime(law, shaft)).amplitudes ** 2
         above = np.sqrt(np.append(np.cumsum(powers[::-1])[::-1], 0.0) / powers.sum())
         turns = speed * float(np.ptp(channel.time)) / TURN
-        return cls(channel, comparison, noise, turns, speed / shaft.mean, zero, above)
+        return cls(channel, series, computed_orders, noise, turns, speed / shaft.mean, zero, above)
 
-    def explained_share(self, share: float) -> float:
+    @cached_property
+    def share(self) -> float:
+        """Of the mean square of the measured orders the share that the computed ones explain."""
+        return explained_share(self.measured_orders, self.computed_orders)
+
+    def share_of_record(self, share: float) -> float:
         """Return the explained share of the whole record about its mean, from that of the mean square of its orders."""
-        order_power = float((self.comparison.measured_orders.amplitudes**2).sum()) / 2
+        order_power = float((self.measured_orders.amplitudes**2).sum()) / 2
         return share * order_power / (order_power + self.noise**2)
 
     @property
     def share_above(self) -> float:
         """Of the root mean square of the computed motion the share above the fitted orders."""
-        return float(self.above[self.comparison.measured_orders.count])
+        return float(self.above[self.measured_orders.count])
 
     @property
     def enough_orders(self) -> int | None:
@@ -78,8 +84,8 @@ class MeasuredAcceleration:
         """
         if self.enough_orders is not None:
             return None
-        delay, share = self.comparison.best_delay
-        better = share > self.comparison.share + _BETTER and self.explained_share(share) > _AGREES
+        delay, share = best_delay(self.measured_orders, self.computed_orders)
+        better = share > self.share + _BETTER and self.share_of_record(share) > _AGREES
         return (delay, share) if better else None
 
     def folded_samples(self, most: int) -> tuple[np.ndarray, np.ndarray]:
@@ -88,7 +94,7 @@ class MeasuredAcceleration:
         indices = np.random.default_rng(0).permutation(len(self.channel.time))[:most]
         speed = TURN * self.turns / float(np.ptp(self.channel.time))
         tau = np.mod(speed * (self.channel.time[indices] - self.zero), TURN)
-        return tau, self.channel.values[indices] - self.comparison.measured_orders.mean
+        return tau, self.channel.values[indices] - self.measured_orders.mean
 
 
 def _fit_orders(channel: Channel, orders: np.ndarray, omega: float, zero: float) -> tuple[FourierSeries, float, float]:

@@ -9,23 +9,29 @@ from typing import Any
 import numpy as np
 
 from wucht.cams.cam import Cam
-from wucht.cams.cam_curves import CamCurves
 from wucht.cams.laws import Law
 from wucht.cams.shape import COMMON
 from wucht.plots.cam_drawings import LAW_NAMES, PER_ANGLE
 from wucht.studies.answer import Answer
 
 _DECIMALS = 9  # of lengths in mm: smaller differences are rounding
-CURVES: Mapping[str, tuple[str, str, Callable[[CamCurves], np.ndarray]]] = {
-    "contour_x": ("contour, x", "m", lambda curves: curves.contour.real),
-    "contour_y": ("contour, y", "m", lambda curves: curves.contour.imag),
-    "pitch_x": ("pitch curve, x", "m", lambda curves: curves.pitch.real),
-    "pitch_y": ("pitch curve, y", "m", lambda curves: curves.pitch.imag),
-    "normal_x": ("normal, x", "", lambda curves: curves.normal.real),
-    "normal_y": ("normal, y", "", lambda curves: curves.normal.imag),
-    "curvature": ("curvature of the contour", "1/m", lambda curves: curves.curvature),
-    "uncut": ("margin against undercut, 0 at an edge", "", lambda curves: curves.uncut),
-    "pressure_angle": ("pressure angle", "rad", lambda curves: curves.pressure_angle),
+
+
+def _pitch(cam: Cam, phi: np.ndarray) -> np.ndarray:
+    """Return the pitch curve, complex in m; not numbers for a flat face."""
+    return np.full(len(phi), np.nan + 0j) if cam.pitch_curve is None else cam.pitch_curve(phi, 0)
+
+
+CURVES: Mapping[str, tuple[str, str, Callable[[Cam, np.ndarray], np.ndarray]]] = {
+    "contour_x": ("contour, x", "m", lambda cam, phi: cam.contour(phi).real),
+    "contour_y": ("contour, y", "m", lambda cam, phi: cam.contour(phi).imag),
+    "pitch_x": ("pitch curve, x", "m", lambda cam, phi: _pitch(cam, phi).real),
+    "pitch_y": ("pitch curve, y", "m", lambda cam, phi: _pitch(cam, phi).imag),
+    "normal_x": ("normal, x", "", lambda cam, phi: cam.normal(phi).real),
+    "normal_y": ("normal, y", "", lambda cam, phi: cam.normal(phi).imag),
+    "curvature": ("curvature of the contour", "1/m", lambda cam, phi: cam.material * cam.curvature(phi)),
+    "uncut": ("margin against undercut, 0 at an edge", "", lambda cam, phi: cam.undercut(phi)),
+    "pressure_angle": ("pressure angle", "rad", lambda cam, phi: cam.pressure_angle(phi)),
 }
 
 
@@ -45,14 +51,16 @@ def state_motion(a: Answer, name: str, derivatives: Iterable[Any], what: str, un
         )
 
 
-def state_cam_curves(a: Answer, names: Sequence[str], cams: Sequence[CamCurves], over: str, *sizes: int) -> None:
-    """State curves of cams, in the plane that turns with them.
+def state_cam_curves(
+    a: Answer, names: Iterable[str], cams: Sequence[Cam], phi: np.ndarray, over: str, shape: tuple[int, ...]
+) -> None:
+    """State curves of cams at cam angles (N,), in the plane that turns with them.
 
-    names: of these variables. over: their dimensions, and sizes: those of the array of each.
+    names: of these variables. over: their dimensions, and shape: that of the array of each.
     """
     for name in names:
         what, unit, get_curve = CURVES[name]
-        a.curve(name, np.array([get_curve(curves) for curves in cams]).reshape(sizes), what, unit, over)
+        a.curve(name, np.array([get_curve(cam, phi) for cam in cams]).reshape(shape), what, unit, over)
 
 
 def state_rollers(a: Answer, cams: Iterable[Cam]) -> None:

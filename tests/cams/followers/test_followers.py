@@ -10,12 +10,11 @@ import pytest
 from tests.refusals import refused
 
 from wucht.cams.followers import flat_faced, oscillating_roller, translating_roller
-from wucht.cams.followers.flat_faced import FlatFaced, SmallestFlatFacedCam
+from wucht.cams.followers.flat_faced import FlatFaced
 from wucht.cams.followers.oscillating_roller import CounterTable, OscillatingRoller
 from wucht.cams.followers.translating_roller import TranslatingRoller
 from wucht.cams.milled_cam import milled_motion
-from wucht.cams.sizing.size_limits import CamLimits
-from wucht.cams.sizing.smallest_cam import SmallestCam
+from wucht.cams.sizing.size_limits import CamLimits, SmallestCam
 from wucht.numerics.fourier_series import FourierSeries
 
 LAW = FourierSeries.of(0.02, [-0.012, 0.004], [0.003, 0.001])
@@ -138,14 +137,15 @@ def test_a_follower_about_another_centre() -> None:
 
 def test_the_summary_of_a_smallest_cam_is_that_of_its_contour() -> None:
     """Of a roller that is within the pitch curve by its radius."""
-    cam = SmallestCam(0.05, 0.09, 0.004, 1.0, ROD, 0.5, (1.0,))
+    cam = SmallestCam(ROD, 0.05, 0.09, 0.004, 1.0, ROD.roller_radius, 0.5, (1.0,))
     assert cam.summary() == {
         "follower": {"distance": 0.05, "offset": 0.006}, "base_radius": pytest.approx(0.042),
         "largest_radius": pytest.approx(0.082), "min_curvature_radius": 0.004, "max_pressure_angle": 0.5,
     }  # fmt: skip
-    assert SmallestCam(0.05, 0.09, math.inf, 1.0, LEVER, 0.5, ()).summary()["min_curvature_radius"] is None
-    assert dict(SmallestCam(0.05, 0.09, math.inf, 1.0, LEVER, 0.5, ()).placement) == {"pivot": 0.11, "angle": LEVER.angle}
-    face = SmallestFlatFacedCam(0.05, 0.09, 0.004, 1.0, FACE, (-0.01, 0.02))
+    lever = SmallestCam(LEVER, 0.05, 0.09, math.inf, 1.0, LEVER.roller_radius, 0.5)
+    assert lever.summary()["min_curvature_radius"] is None
+    assert dict(lever.placement) == {"pivot": 0.11, "angle": LEVER.angle}
+    face = SmallestCam(FACE, 0.05, 0.09, 0.004, 1.0, face=(-0.01, 0.02))
     assert face.summary() == {
         "follower": {"distance": 0.04}, "base_radius": 0.05, "largest_radius": 0.09, "min_curvature_radius": 0.004,
         "face": [-0.01, 0.02],

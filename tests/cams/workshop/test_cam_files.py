@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -98,7 +97,7 @@ def test_a_drawing_is_compared_with_the_curves_in_it(tmp_path: Path, monkeypatch
     """The largest deviation of all its lines counts, and the base circle is the contour's smallest radius."""
     drawn = list[tuple[Any, ...]]()
     monkeypatch.setattr(cam_files, "write_dxf", lambda *given: drawn.append(given))
-    lines = [SimpleNamespace(deviation=1e-6, count=3), SimpleNamespace(deviation=5e-6, count=4)]
+    lines = {"CONTOUR": (3, 1e-6), "CONTOUR_SPLINE": (4, 5e-6)}
     monkeypatch.setattr(cam_files, "read_back", lambda *given: (drawn.append(given), lines)[1])
     files = written(tmp_path, CAM, drawing=True)
     assert (files["cam.dxf"].count, files["cam.dxf"].deviation, files["cam.dxf"].allowed_deviation) == (7, 5e-6, 2e-5)

@@ -83,4 +83,4 @@ def test_a_drawing_says_it_before_its_header_and_equal_ones_are_equal(tmp_path):
     assert document.audit().errors == []
     dates = re.findall(r"\$TDU?(?:CREATE|UPDATE)\n *40\n(.*)\n", text)  # ezdxf replaces one of them when it reads
     assert [calendardate(float(date)) for date in dates] == [datetime(2001, 2, 3, 4)] * 4
-    assert set(read_dxf(tmp_path / "a.dxf").polylines) == {"CONTOUR"}
+    assert set(read_dxf(tmp_path / "a.dxf")[0]) == {"CONTOUR"}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from contextlib import contextmanager
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -155,21 +154,21 @@ def test_starts_are_spread_evenly_about_the_rotor() -> None:
             assert row == pytest.approx((np.arange(16) + 0.5) * share % 1, abs=1e-8)
 
 
-@pytest.mark.parametrize("stops", [{}, {0: "it burst"}])
-def test_a_motion_that_breaks_off_is_none(stops: dict[int, str]) -> None:
-    grids = list[np.ndarray]()
+@pytest.mark.parametrize("failures", [{}, {0: "it burst"}])
+def test_a_motion_that_breaks_off_is_none(failures: dict[int, str]) -> None:
+    grids, released = list[np.ndarray](), list[Any]()
 
-    @contextmanager
-    def lanes() -> Any:
-        def advance(states: np.ndarray, lane_values: Any, grid: np.ndarray, report: Any) -> Any:
-            grids.append(grid)
-            return SimpleNamespace(stops=stops, chunk="samples")
+    def advance(states: np.ndarray, constants: Any, grid: np.ndarray) -> Any:
+        grids.append(grid)
+        return SimpleNamespace(failures=failures, values="samples", peaks="peaks")
 
-        yield SimpleNamespace(lane_values=lambda parameters: (parameters, None), advance=advance)
-
-    made: Any = _motion(SimpleNamespace(lanes=lanes), np.zeros(2), np.zeros(1), 3.0)  # type: ignore[arg-type]
-    assert made == (None if stops else "samples")
-    assert (grids[0][0], grids[0][-1], len(grids[0])) == (0.0, 3.0, 16_385)
+    integrator = SimpleNamespace(advance=advance)
+    batch: Any = SimpleNamespace(
+        lane_constants=lambda parameters: (parameters, None), acquire=lambda: integrator, release=released.append
+    )
+    made: Any = _motion(batch, np.zeros(2), np.zeros(1), 3.0)
+    assert made is None if failures else (made.samples, made.peaks, made.times[-1]) == ("samples", "peaks", 3.0)
+    assert (grids[0][0], grids[0][-1], len(grids[0])) == (0.0, 3.0, 16_385) and released == [integrator]
 
 
 def test_attractors_are_computed_once_and_not_where_parameters_vary(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -52,9 +52,8 @@ def found(system: System, starts: np.ndarray, values: dict[str, float], size: in
     names = system.state_names
     watch = Balanced((names.index("p1.phase"), names.index("p2.phase")), values["s"])
     compiled = compile_ensemble(system, 1e-6)
-    assert compiled.is_batched
     members = Members.of(starts, system.values(values))
-    return EnsembleResult.join([tile.result for tile in tiles(compiled, members, watch, PACE, size, threads)])
+    return EnsembleResult.join(list(tiles(compiled, members, watch, PACE, size, threads)))
 
 
 def cells(count: int) -> list[tuple[float, float]]:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import signal
 import threading
 import time
 import tracemalloc
 import weakref
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pytest
@@ -19,10 +18,8 @@ from tests.refusals import rejected
 from wucht.errors import RunError
 from wucht.numerics.ensembles.ensemble import compile_ensemble, run_ensemble, tiles
 from wucht.numerics.ensembles.members import Chunk, EnsembleResult, Members, Pace, Status
-from wucht.numerics.ensembles.tile import Tile
-from wucht.numerics.flow.compiled_batch import Quantities
-from wucht.numerics.flow.events import Event
-from wucht.piecewise import PiecewiseCubic, interpolated_pieces
+from wucht.numerics.flow.compiled_system import compile_system
+from wucht.numerics.flow.integration import integrate
 from wucht.system import TIME, Output, System
 
 WAYS = ["compiled", "radau"]
@@ -91,19 +88,17 @@ def settling(count: int = 203) -> tuple[Members, Callable[..., EnsembleResult[Se
 
     def run(of: Members, size: int, threads: int) -> EnsembleResult[Seen]:
         found = tiles(compiled, of, Watch(0.06), PACE, size, threads)
-        return EnsembleResult.join([tile.result for tile in found])
+        return EnsembleResult.join(list(found))
 
     return Members.of(starts, parameters), run
 
 
-@pytest.mark.parametrize("engine", WAYS)
-def test_decay_in_closed_form(engine: str) -> None:
+def test_decay_in_closed_form() -> None:
     """x = exp(-w t): times of settling, ends and records of members with rates of their own."""
-    count = 30 if engine == "compiled" else 6
-    rates, tolerance = np.linspace(0.1, 2.0, count), 1e-10
+    count = 30
+    rates = np.linspace(0.1, 2.0, count)
     members = Members.of(np.ones((count, 1)), rates[:, None])
-    compiled = compile_ensemble(DECAY, tolerance, engine=engine)
-    assert compiled.is_batched == (engine == "compiled")
+    compiled = compile_ensemble(DECAY, 1e-10)
     ends = run_ensemble(compiled, members, Watch(0.1), Pace(1.0, 4, 10.0), threads=2)
     # A chunk that begins at k is below 0.1 from its first sample on: exp(-w (k + 1/4)) < 0.1.
     chunks = np.ceil(np.log(10) / rates - 0.25) + 1
@@ -117,7 +112,7 @@ def test_decay_in_closed_form(engine: str) -> None:
     assert ends.record.total[0] == pytest.approx(totals, rel=1e-9)
 
 
-def test_chunks_of_another_pace(engine: str) -> None:
+def test_chunks_of_another_pace() -> None:
     """Each as long as all before it, with more samples."""
 
     class Doubling:
@@ -127,7 +122,7 @@ def test_chunks_of_another_pace(engine: str) -> None:
             return np.linspace(2.0 ** (index - 1) if index else 0.0, 2.0**index, 3 + index)
 
     rates = np.array([[0.2], [0.5], [1.0]])
-    members, compiled = Members.of(np.ones((3, 1)), rates), compile_ensemble(DECAY, 1e-10, engine=engine)
+    members, compiled = Members.of(np.ones((3, 1)), rates), compile_ensemble(DECAY, 1e-10)
     ends = run_ensemble(compiled, members, Watch(0.1), Doubling(), 1)
     assert ends.times.tolist() == [8, 8, 4]  # exp(-w t) at the first samples after 4 and after 2 is 0.383, 0.091 and 0.082
     assert ends.status.tolist() == [Status.LIMIT, Status.SETTLED, Status.SETTLED]
@@ -136,24 +131,29 @@ def test_chunks_of_another_pace(engine: str) -> None:
 
 @pytest.mark.parametrize("engine", WAYS)
 def test_one_by_one_gives_the_same(engine: str) -> None:
-    """With a right-hand side that depends on time. The engine compiled goes one by one where an event is watched."""
-    members, events = drawn(5), (Event("middle", x, +1),) if engine == "compiled" else ()
-    batched, single = compile_ensemble(PENDULUM, 1e-11), compile_ensemble(PENDULUM, 1e-11, events, engine)
-    assert batched.is_batched
-    assert not single.is_batched
-    assert ("middle" if events else engine) in single.batching_obstacle
-    a, b = (run_ensemble(c, members, Watch(0.1), PACE, 2) for c in (batched, single))
-    assert a.times.tolist() == b.times.tolist()
-    assert len(set(a.times)) > 1
-    assert np.abs(a.states - b.states).max() < 1e-9
-    assert np.abs(a.record.total - b.record.total).max() < 1e-7
-    assert np.abs(a.record.top - b.record.top).max() < 1e-9
+    """Of a right-hand side that depends on time: each member integrated alone, its samples observed chunk by chunk."""
+    members = drawn(5)
+    found = run_ensemble(compile_ensemble(PENDULUM, 1e-11), members, Watch(0.1), PACE, 2)
+    alone = compile_system(replace(PENDULUM, outputs=(), quadratures=()), 1e-11, (), engine)
+    for i, (start, values) in enumerate(zip(members.starts, members.parameter_values, strict=True)):
+        states = integrate(alone, start, values, np.linspace(0.0, 40.0, 161)).states
+        chunks = states[:, 1:].reshape(2, 8, 20)
+        is_small = (np.abs(chunks) < 0.1).all(axis=(0, 2))
+        count = int(is_small.argmax()) + 1 if is_small.any() else 8
+        seen = chunks[:, :count].reshape(2, -1)
+        assert found.times[i] == 5.0 * count
+        assert found.states[i] == pytest.approx(seen[:, -1], abs=1e-9)
+        assert found.record.total[:, i] == pytest.approx(
+            np.cos(start) + np.cos(seen).sum(axis=1) + np.sin(seen[0]).sum(), abs=1e-7
+        )
+        assert found.record.top[i] == pytest.approx(max(abs(start[0]), np.abs(seen[0]).max()), abs=1e-9)
+    assert len(set(found.times)) > 1
 
 
 def test_bits_do_not_depend_on_tiles_or_threads() -> None:
     members, run = settling()
     first = run(members, 512, 1)
-    assert {s: first.count(s) > 0 for s in Status} == {s: s != Status.STOPPED for s in Status}
+    assert all(first.count(s) > 0 for s in Status)
     assert len(set(first.times)) > 4
     for size, threads in ((1, 2), (7, 1), (7, 2), (64, 2)):
         assert same(run(members, size, threads), first)
@@ -197,11 +197,10 @@ def test_one_that_runs_away_ends_where_it_was_sampled_last() -> None:
     assert ends.states[:, 0] == pytest.approx(1 / (poles - ends.times), rel=1e-6)
 
 
-@pytest.mark.parametrize("engine", WAYS)
-def test_starts_and_parameters_that_cannot_be_computed_with(engine: str) -> None:
+def test_starts_and_parameters_that_cannot_be_computed_with() -> None:
     system = System((x,), (-x / w,), (w,))
     members = Members.of(np.array([[1.0], [np.nan], [1.0], [1.0]]), np.array([[1.0], [1.0], [0.0], [2.0]]))
-    ends = run_ensemble(compile_ensemble(system, 1e-8, engine=engine), members, Watch(), Pace(1.0, 2, 2.0), 1)
+    ends = run_ensemble(compile_ensemble(system, 1e-8), members, Watch(), Pace(1.0, 2, 2.0), 1)
     assert ends.status.tolist() == [Status.LIMIT, Status.FAILED, Status.FAILED, Status.LIMIT]
     assert "is not finite" in ends.sentences[1]
     assert "w = 0" in ends.sentences[2]
@@ -209,37 +208,11 @@ def test_starts_and_parameters_that_cannot_be_computed_with(engine: str) -> None
     assert ends.states[[0, 3], 0] == pytest.approx(np.exp([-2, -1]), rel=1e-6)
 
 
-def test_events_go_one_by_one(engine: str) -> None:
-    """A ramp that ends at t = 2.5, in the midst of a chunk; an event that stops, and one whose action changes a parameter."""
-    ramp = PiecewiseCubic(TIME, interpolated_pieces("ramp", [0.0, 2.5], [0.0, 1.0], "linear"))
-    system = System((x,), (w * ramp,), (w,))
-    kick = Event("kick", x - 1.25, +1, action=lambda _t, y, p: (y, 2 * p))
-    events = (Event("stop", x - 3.4, +1, terminal=True), kick)
-    members = Members.of(np.zeros((4, 1)), np.array([[0.1], [0.7], [1.0], [2.0]]))
-    compiled = compile_ensemble(system, 1e-10, events, engine)
-    assert not compiled.is_batched
-    ends = run_ensemble(compiled, members, Watch(), Pace(2.0, 2, 4.0), 2)
-    # x = w t^2/5 up to 2.5, and w (t - 1.25) thereafter; from x = 1.25 on twice as fast.
-    assert ends.status.tolist() == [Status.LIMIT, Status.LIMIT, Status.STOPPED, Status.STOPPED]
-    assert ends.states[:2, 0] == pytest.approx([0.275, 1.25 + 1.4 * (4 - 1.25 - 1.25 / 0.7)], rel=1e-8)
-    assert ends.sentences == {2: "stop", 3: "stop"}
-    assert ends.times[2] == pytest.approx(2.5 + (3.4 - 1.25) / 2, rel=1e-8)
-    # The last one is kicked before the border at t = 2, and still twice as fast behind it: 4/5 (t^2 - 3.125) = 3.4 - 1.25.
-    assert ends.times[3] == pytest.approx(math.sqrt(3.125 + (3.4 - 1.25) / 0.8), rel=1e-8)
-    assert ends.states[2:, 0] == pytest.approx([3.4, 3.4], rel=1e-8)
-    assert ends.record.count.tolist() == [2, 2, 1, 1]
-    with rejected("one-by-one", compiled.batching_obstacle):
-        compile_ensemble(system, 1e-10, events, engine, Quantities((x,)))
-    assert compile_ensemble(system, 1e-10, (), engine).is_batched == (engine == "compiled")
-
-
-def test_tiles_that_are_wanted() -> None:
-    compiled, members = compile_ensemble(DECAY, 1e-8), Members.of(np.ones((10, 1)), np.linspace(0.1, 1, 10)[:, None])
-    every = list(tiles(compiled, members, Watch(), Pace(1.0, 1, 1.0), 3, 2))
-    assert [(t.number, t.first, len(t.result.times)) for t in every] == [(0, 0, 3), (1, 3, 3), (2, 6, 3), (3, 9, 1)]
-    some = list(tiles(compiled, members, Watch(), Pace(1.0, 1, 1.0), 3, 2, tile_numbers=[3, 1]))
-    assert [t.number for t in some] == [3, 1]
-    assert same(some[1].result, every[1].result)
+def test_tiles_come_in_order() -> None:
+    compiled, rates = compile_ensemble(DECAY, 1e-8), np.linspace(0.1, 1, 10)
+    every = list(tiles(compiled, Members.of(np.ones((10, 1)), rates[:, None]), Watch(), Pace(1.0, 1, 1.0), 3, 2))
+    assert [len(one.times) for one in every] == [3, 3, 3, 1]
+    assert np.concatenate([one.states[:, 0] for one in every]) == pytest.approx(np.exp(-rates), rel=1e-6)
 
 
 def test_what_does_not_fit_is_refused() -> None:
@@ -253,8 +226,6 @@ def test_what_does_not_fit_is_refused() -> None:
             run_ensemble(compiled, members, Watch(), pace)
     with rejected("none", "0"):
         run_ensemble(compiled, one.part(1, 2), Watch(), pace)
-    with rejected("no-tile", "0"):
-        tiles(compiled, one, Watch(), pace, tile_numbers=[0, 0])
 
 
 @dataclass(frozen=True)
@@ -271,18 +242,20 @@ class Slow(Watch):
 
 def test_an_interrupt_stops_all_threads_and_loses_no_tile() -> None:
     """``report`` raises it when a third is done: what has been computed comes first."""
-    members, asked = Members.of(np.ones((200, 1)), [0.1]), list[int]()
+    rates, asked = np.linspace(0.1, 2.0, 200), list[int]()
+    members = Members.of(np.ones((200, 1)), rates[:, None])
 
     def report(share: float) -> None:
         if share > 0.3:
             raise KeyboardInterrupt
 
-    compiled, kept = compile_ensemble(DECAY, 1e-8), list[Tile[Seen]]()
+    compiled, kept = compile_ensemble(DECAY, 1e-8), list[EnsembleResult[Seen]]()
     with pytest.raises(KeyboardInterrupt):
         for tile in tiles(compiled, members, Slow(asked=asked), Pace(1.0, 1, 2.0), 10, 2, report=report):
             kept.append(tile)
     ended = len(asked)
-    assert [t.number for t in kept] == sorted({t.number for t in kept})
+    numbers = [int(np.abs(np.exp(-2 * rates) - one.states[0, 0]).argmin()) for one in kept]
+    assert numbers == sorted(set(numbers)) and all(number % 10 == 0 for number in numbers)
     assert 4 <= len(kept) < 12
     assert 2 * len(kept) <= ended <= 2 * len(kept) + 4  # chunks that were begun in tiles which were given up
     time.sleep(0.1)
@@ -298,12 +271,14 @@ def test_ctrl_c_while_the_threads_work() -> None:
                 signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
             return super().update(record, chunk)
 
-    members, asked, kept = Members.of(np.ones((1000, 1)), [0.1]), list[int](), list[Tile[Seen]]()
+    rates, asked, kept = np.linspace(0.1, 2.0, 1000), list[int](), list[EnsembleResult[Seen]]()
+    members = Members.of(np.ones((1000, 1)), rates[:, None])
     compiled = compile_ensemble(DECAY, 1e-8)
     with pytest.raises(KeyboardInterrupt):
         kept.extend(tiles(compiled, members, Interrupting(asked=asked), Pace(1.0, 1, 2.0), 10, 1))
     assert 8 <= len(asked) < 20
-    assert [t.number for t in kept] == list(range(len(asked) // 2))
+    assert len(kept) == len(asked) // 2
+    assert np.concatenate([one.states[:, 0] for one in kept]) == pytest.approx(np.exp(-2 * rates[: 10 * len(kept)]), rel=1e-6)
 
 
 def test_reports_rise_to_one() -> None:
@@ -360,9 +335,9 @@ def test_memory_does_not_grow_with_the_count() -> None:
     next(iter(tiles(compiled, source, Watch(), pace, 512, 2)))
     tracemalloc.start()
     try:
-        for tile in tiles(compiled, source, Watch(), pace, 512, 2):
-            rates = source.part(tile.first, tile.first + 512).parameter_values[:, 0]
-            assert tile.result.states[:, 0] == pytest.approx(np.exp(-2 * rates), rel=1e-4)
+        for number, result in enumerate(tiles(compiled, source, Watch(), pace, 512, 2)):
+            rates = source.part(512 * number, 512 * number + 512).parameter_values[:, 0]
+            assert result.states[:, 0] == pytest.approx(np.exp(-2 * rates), rel=1e-4)
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

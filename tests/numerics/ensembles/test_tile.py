@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,8 @@ import pytest
 
 from wucht.errors import RunError
 from wucht.numerics.ensembles.members import Chunk, Members, Pace, Status
-from wucht.numerics.ensembles.tile import ChunkResult, Stop, run_tile
+from wucht.numerics.ensembles.tile import run_tile
+from wucht.numerics.flow.compiled_batch import LanesResult
 
 
 @dataclass(frozen=True)
@@ -22,24 +24,45 @@ class Watched:
     chunks: np.ndarray
 
 
+@dataclass(frozen=True)
+class Failure:
+    """Why a member fails, and after what time and in which state it was sampled last."""
+
+    reason: str
+    sample_time: float
+    state: float
+
+    def sentence(self, time: float, names: tuple[str, ...], state: np.ndarray) -> str:
+        return f"at {time} {self.reason}: {names[0]} = {state[0]}"
+
+
 class Adding:
-    """Each state grows by its rate; stops are given by the time of the chunk's end and the member's number, its rate."""
+    """An integrator, and its batch, by which each state grows by its rate.
 
-    def __init__(self, stops: Mapping[tuple[float, float], Stop], refused: Mapping[int, str]) -> None:
-        self.stops, self.refused, self.lanes = stops, dict(refused), list[list[float]]()
+    failures: by the time of the chunk's end and the member's number, its rate; they happen half way to that end.
+    """
 
-    def lane_values(self, parameters: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
+    def __init__(self, failures: Mapping[tuple[float, float], Failure], refused: Mapping[int, str]) -> None:
+        self.failures, self.refused, self.lanes = failures, dict(refused), list[list[float]]()
+        self.batch, self.system = self, SimpleNamespace(state_names=("x",))
+
+    def lane_constants(self, parameters: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
         return parameters.T.copy(), self.refused
 
-    def advance(self, states: np.ndarray, lane_values: np.ndarray, times: np.ndarray, check: Any) -> ChunkResult:
+    def begin(self, count: int) -> np.ndarray:
+        return np.zeros((2, count))
+
+    def advance(self, states: Any, constants: Any, times: Any, check: Any, progress: Any) -> LanesResult:
         check()
-        self.lanes.append(lane_values[0].tolist())
-        samples = states[None] + (times[1:] - times[0])[:, None, None] * lane_values
-        ended = {
-            i: self.stops[float(times[-1]), n] for i, n in enumerate(lane_values[0]) if (float(times[-1]), n) in self.stops
-        }
-        chunk = Chunk(times[1:], samples, -samples[-1])
-        return ChunkResult(chunk, samples[-1], lane_values, ended)
+        self.lanes.append(constants[0].tolist())
+        samples = states[None] + (times[1:] - times[0])[:, None, None] * constants
+        assert progress[1:] == pytest.approx(-states)
+        ends, reached, sampled, failures = samples[-1].copy(), *np.full((2, len(constants[0])), times[-1]), {}
+        for lane, number in enumerate(constants[0]):
+            if failure := self.failures.get((float(times[-1]), number)):
+                ends[0, lane], reached[lane], sampled[lane] = failure.state, times[[0, -1]].mean(), failure.sample_time
+                failures[lane] = failure
+        return LanesResult(samples, ends, reached, sampled, np.concatenate([progress[:1], -samples[-1]]), failures)
 
 
 class Observing:
@@ -63,9 +86,9 @@ class Observing:
         return Watched(record.number, -record.chunks)
 
 
-def run(rates: list[float], stops: Any = None, refused: Any = None) -> tuple[Any, Adding, Observing, list[float]]:
+def run(rates: list[float], failures: Any = None, refused: Any = None) -> tuple[Any, Adding, Observing, list[float]]:
     """Up to a time of 4 in chunks of 1."""
-    lanes, observer, shares = Adding(stops or {}, refused or {}), Observing(), list[float]()
+    lanes, observer, shares = Adding(failures or {}, refused or {}), Observing(), list[float]()
     members = Members.of(np.zeros((len(rates), 1)), np.array(rates)[:, None])
     return run_tile(lanes, members, observer, Pace(1.0, 3, 4.0), shares.append), lanes, observer, shares
 
@@ -89,16 +112,13 @@ def test_a_member_that_is_left_alone_is_observed_twice() -> None:
 
 
 def test_members_that_end_early_keep_what_they_were() -> None:
-    """One that fails within the second chunk, one that is stopped in it, one that cannot be computed with at all."""
-    stops = {
-        (2.0, 5.0): Stop(1.5, np.array([7.5]), Status.FAILED, "it overflows"),
-        (2.0, 1.0): Stop(1.75, np.array([1.75]), Status.STOPPED, "at the stop"),
-    }
-    result, lanes, observer, _ = run([1.0, 9.0, 5.0, 2.0], stops, {1: "no such number"})
+    """Two that fail within the second chunk, one that cannot be computed with at all."""
+    failures = {(2.0, 5.0): Failure("it overflows", 1.25, 6.25), (2.0, 1.0): Failure("it stalls", 1.0, 1.0)}
+    result, lanes, observer, _ = run([1.0, 9.0, 5.0, 2.0], failures, {1: "no such number"})
     assert lanes.lanes == [[1.0, 5.0, 2.0], [1.0, 5.0, 2.0], [2.0], [2.0]] and observer.counts == [3, 2, 2, 2]
-    assert result.times.tolist() == [1.75, 0.0, 1.5, 4.0] and result.states.ravel().tolist() == [1.75, 0.0, 7.5, 8.0]
-    assert result.status.tolist() == [Status.STOPPED, Status.FAILED, Status.FAILED, Status.LIMIT]
-    assert result.sentences == {0: "at the stop", 1: "no such number", 2: "it overflows"}
+    assert result.times.tolist() == [1.0, 0.0, 1.25, 4.0] and result.states.ravel().tolist() == [1.0, 0.0, 6.25, 8.0]
+    assert result.status.tolist() == [Status.FAILED, Status.FAILED, Status.FAILED, Status.LIMIT]
+    assert result.sentences == {0: "at 1.5 it stalls: x = 1.0", 1: "no such number", 2: "at 1.5 it overflows: x = 6.25"}
     assert result.record.chunks.tolist() == [-1, 0, -1, -4]
 
 

@@ -20,7 +20,7 @@ from wucht.numerics.periodic.branch_ends import BranchEnd, branch_end
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_starts import cycle_at_hopf, cycle_near
 from wucht.numerics.periodic.cycles import Cycles
-from wucht.numerics.periodic.period_laws import growth
+from wucht.numerics.periodic.period_laws import CONNECTION, SADDLE_NODE, better_law, laws_of_growth
 from wucht.system import System
 
 THETA, R, P = sp.symbols("theta r p", real=True)
@@ -118,22 +118,21 @@ def test_the_laws_are_told_apart(sense: float) -> None:
     """Exact data of both, with the next term; four orbits are too few."""
     mu = np.geomspace(1e-1, 1e-5, 60)
     values = 2.0 + sense * mu
-    node = growth(values, 3.0 * mu**-0.5 + 4.0 + mu**0.5)
-    assert node is not None
-    assert node.better is node.saddle_node
-    assert node.better.factor == pytest.approx(3.0, rel=1e-3)
-    assert node.better.critical == pytest.approx(2.0, abs=3 * node.better.error)
-    loop = growth(values, -np.log(mu) / 0.25 + 4.0 + mu)
-    assert loop is not None
-    assert loop.better is loop.connection
-    assert loop.better.factor == pytest.approx(4.0, rel=1e-2)
-    assert loop.better.critical == pytest.approx(2.0, abs=3 * loop.better.error)
-    assert growth(values[:4], mu[:4] ** -0.5) is None
+    for periods, name, factor, rel in (
+        (3.0 * mu**-0.5 + 4.0 + mu**0.5, SADDLE_NODE, 3.0, 1e-3),
+        (-np.log(mu) / 0.25 + 4.0 + mu, CONNECTION, 4.0, 1e-2),
+    ):
+        laws = laws_of_growth(values, periods)
+        assert laws is not None and [law.name for law in laws] == [SADDLE_NODE, CONNECTION]
+        better = better_law(laws)
+        assert (better.name, better.factor) == (name, pytest.approx(factor, rel=rel))
+        assert better.critical == pytest.approx(2.0, abs=3 * better.error)
+    assert laws_of_growth(values[:4], mu[:4] ** -0.5) is None
 
 
 def test_neither_law() -> None:
     """A period that grows as the power -1 of the distance fits neither."""
     mu = np.geomspace(1.0, 1e-4, 60)
-    grown = growth(2.0 + mu, 1 / mu)
-    assert grown is not None
-    assert min(grown.saddle_node.residual, grown.connection.residual) > 2e-3
+    laws = laws_of_growth(2.0 + mu, 1 / mu)
+    assert laws is not None
+    assert better_law(laws).residual > 2e-3

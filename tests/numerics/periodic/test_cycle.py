@@ -13,7 +13,7 @@ from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.periodic import branch_ends
 from wucht.numerics.periodic.branch_ends import _AROUND, _NEAR, _agree, _is_near, _rates, _time_near
 from wucht.numerics.periodic.cycle import TESTS, Cycle, _product, _relative_size, critical_pair, has_pair_on_circle
-from wucht.numerics.periodic.period_laws import Growth, PeriodLaw
+from wucht.numerics.periodic.period_laws import PeriodLaw, better_law
 
 MESH = Mesh(np.array([0.0, 0.3, 0.45, 1.0]), 4)
 
@@ -131,8 +131,8 @@ def test_a_law_agrees_with_an_equilibrium() -> None:
     """Within ten times its error, or a share of the distance of the last orbit from its end."""
     law = PeriodLaw("saddle-node", 1.0, 0.01, 1.0, 0.0)
     assert _agree(1.099, law, 1.0) and _agree(0.901, law, 1.0) and not _agree(1.101, law, 1.0) and not _agree(0.899, law, 1.0)
-    assert Growth(law, PeriodLaw("connection", 1.0, 0.0, 1.0, 0.1), 9).better is law
-    assert Growth(law, PeriodLaw("connection", 1.0, 0.0, 1.0, -0.1), 9).better.name == "connection"
+    assert better_law((law, PeriodLaw("connection", 1.0, 0.0, 1.0, 0.1))) is law
+    assert better_law((law, PeriodLaw("connection", 1.0, 0.0, 1.0, -0.1))).name == "connection"
 
 
 def test_the_time_near_a_state() -> None:

@@ -172,20 +172,20 @@ def test_a_curve_ends_where_it_leaves_the_window_or_arrives_first(monkeypatch: p
     portrait: Any = SimpleNamespace(plane=FLAT, points=points)
     states, time = np.array([[0.0, 1.0, 1.5, 3.0, 1.5], [0.0, 0.0, 1.0, 2.0, 0.0]]), np.arange(5.0) * 2
     portrait._arrival = lambda *_: (-1, 0.0)
-    end = Portrait._end(portrait, states, time, 1, True)
-    assert end is not None and (end.end, end.count, end.index, end.time) == ("left the window", 3, -1, pytest.approx(4 + 2 / 3))
-    assert end.state.ravel() == pytest.approx([2.0, 1 + 1 / 3])
+    curve = Portrait._ended_curve(portrait, states, time, 1, True)
+    assert curve is not None and (curve.end, curve.index) == ("left the window", -1)
+    assert curve.time == pytest.approx([0.0, 2.0, 4.0, 4 + 2 / 3])
+    assert curve.states == pytest.approx(np.column_stack([states[:, :3], [2.0, 1 + 1 / 3]]))
     for arrival, kind, count in ((0, "fixed point", 2), (3, "left the window", 3)):
         portrait._arrival = lambda *_, at=arrival: (at, 0.125)
-        end = Portrait._end(portrait, states, time, 1, True)
-        assert end is not None and (end.end, end.count) == (kind, count)
+        curve = Portrait._ended_curve(portrait, states, time, 1, True)
+        assert curve is not None and (curve.end, len(curve.time)) == (kind, count + 1)
     portrait._arrival = lambda *_: (0, 0.125)
-    end = Portrait._end(portrait, states, time, 1, True)
-    assert (
-        end is not None and (end.index, end.gap, end.time) == (0, 0.125, 2.0) and end.state.ravel() == pytest.approx([1.5, 0.0])
-    )
+    curve = Portrait._ended_curve(portrait, states, time, 1, True)
+    assert curve is not None and (curve.index, curve.gap, curve.time[-1]) == (0, 0.125, 2.0)
+    assert curve.states[:, -1] == pytest.approx([1.5, 0.0])
     portrait._arrival = lambda *_: (-1, 0.0)
-    assert Portrait._end(portrait, states, time, 4, True) is None
+    assert Portrait._ended_curve(portrait, states, time, 4, True) is None
 
 
 def test_the_usual_speed_is_the_median_in_units_of_the_window(monkeypatch: pytest.MonkeyPatch) -> None:

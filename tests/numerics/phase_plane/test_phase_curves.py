@@ -17,7 +17,6 @@ from wucht.numerics.phase_plane.phase_curves import (
     LENGTH,
     OUTSIDE_WINDOW,
     REST_STATE,
-    TIME_UP,
     Portrait,
 )
 from wucht.numerics.phase_plane.plane import TURN, Plane
@@ -133,13 +132,3 @@ def test_what_gets_no_farther_rests_at_a_fixed_point_near_it_or_elsewhere() -> N
     end, index, gap = both._rest(np.array([math.pi + TURN, 0.09]))
     assert (end, index, gap) == (FIXED_POINT, saddle, pytest.approx(0.015))
     assert both._rest(np.array([math.pi, 0.13])) == (REST_STATE, -1, 0.0)
-
-
-@pytest.mark.parametrize(("forwards", "mu"), [(True, -0.001), (False, 0.001)])
-def test_a_curve_is_followed_no_longer_than_the_longest_time(forwards: bool, mu: float) -> None:
-    """A focus that is approached slowly: once round takes 2 pi."""
-    slow = portrait(HOPF, (-1.0, -1.0), (1.0, 1.0), mu=mu, length=40.0)
-    slow.most_time = 8.0
-    curve = slow.follow(np.array([0.15, 0.0]), forwards)
-    assert curve.end == TIME_UP and curve.length < 2.0
-    assert 8.0 <= abs(curve.time[-1]) < 12.0 and bool(curve.time[-1] > 0) is forwards

@@ -9,9 +9,8 @@ where the least of these r over psi is negative.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from wucht.cams.cam import Cam, LengthFormat, format_metres, value_past_limit
 from wucht.cams.followers.follower import Follower, Outline
 from wucht.cams.laws import Law
 from wucht.cams.milled_cam import EXACT, MOST_STEPS, MilledContour, dot
-from wucht.cams.sizing.size_limits import CamLimits, Size, SizedCam
+from wucht.cams.sizing.size_limits import CamLimits, Size, SmallestCam
 from wucht.cams.sizing.smallest_cam import LEAST_DISTANCE, check_length
 from wucht.cams.undercut import NEAREST, CutAway, is_on_arcs, least_radius, plane_coordinates, signed_angle
 from wucht.errors import InputError, RunError
@@ -62,7 +61,7 @@ class FlatFaced(Follower):
         contact_offsets = -law(np.linspace(0, 2 * np.pi, 721), 1) * (-1 if self.clockwise else 1)
         return Outline(face_from=contact_offsets.min(), face_to=contact_offsets.max(), face_at=self.distance + float(law(0.0)))
 
-    def smallest_cam(self, law: Law, limits: CamLimits, size: Size) -> SizedCam | None:
+    def smallest_cam(self, law: Law, limits: CamLimits, size: Size) -> SmallestCam | None:
         """See ``Follower``."""
         radius, shaft = limits.least_radius, limits.shaft_radius
         if limits.pressure_angle is not None:
@@ -162,32 +161,9 @@ class FlatFacedCam(Cam):
             raise InputError("follower.distance", self.follower.distance, f"{fault}: take at least {format_length(least)}")
 
 
-@dataclass(frozen=True)
-class SmallestFlatFacedCam(SizedCam):
-    """A cam with a flat face, as small as it can be.
-
-    base_radius, largest_radius: of the contour in m. face: the least and the largest distance from the rod's axis at which the
-    face is touched, in m along +y.
-    """
-
-    follower: FlatFaced
-    face: tuple[float, float]
-
-    whole: ClassVar[bool] = True
-
-    @property
-    def placement(self) -> Mapping[str, float]:
-        """See ``SizedCam``."""
-        return {"distance": self.follower.distance}
-
-    def summary(self) -> dict[str, Any]:
-        """See ``SizedCam``."""
-        return self._contour_summary(0.0) | {"face": list(self.face)}
-
-
 def smallest_flat_faced_cam(
     law: Law, least_radius: float, *, clockwise: bool = False, shaft_radius: float = 0.0
-) -> SmallestFlatFacedCam:
+) -> SmallestCam:
     """The least distance of a flat face, greater than zero. Its contour's radius of curvature is distance + psi + psi''.
 
     law: in m. least_radius: of curvature that is permitted, in m. shaft_radius: the least base circle, in m: a contour that is
@@ -200,5 +176,5 @@ def smallest_flat_faced_cam(
     distance = max(least_radius - float(bends[k]), shaft_radius - lowest, LEAST_DISTANCE)
     cam = FlatFacedCam(law, FlatFaced(distance=distance), clockwise)
     face = float(valleys(cam.contact)[1].min()), -float(valleys(lambda p: -cam.contact(p))[1].min())
-    curvature_radius = distance + float(bends[k])
-    return SmallestFlatFacedCam(distance + lowest, distance + highest, curvature_radius, float(at[k]), cam.follower, face)
+    least = distance + float(bends[k])
+    return SmallestCam(cam.follower, distance + lowest, distance + highest, least, float(at[k]), face=face)

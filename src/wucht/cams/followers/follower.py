@@ -13,7 +13,7 @@ from pydantic import Field, StrictBool
 from wucht.cams.cam import Cam
 from wucht.cams.laws import Law
 from wucht.cams.milled_cam import MilledContour
-from wucht.cams.sizing.size_limits import CamLimits, Size, SizedCam
+from wucht.cams.sizing.size_limits import CamLimits, Size, SmallestCam
 from wucht.schema import TableModel
 
 
@@ -80,7 +80,7 @@ class Follower(TableModel, ABC):
         """Return the elements that are drawn of it beside its roller where it moves by a law."""
         return Outline()
 
-    def smallest_cam(self, law: Law, limits: CamLimits, size: Size) -> SizedCam | None:
+    def smallest_cam(self, law: Law, limits: CamLimits, size: Size) -> SmallestCam | None:
         """Return the smallest cam of a law within the permitted limits; None where no limit is given that determines its size.
 
         Raises ``InputError`` (the key of ``limits``), ``RunError``.

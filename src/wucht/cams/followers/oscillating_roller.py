@@ -14,8 +14,8 @@ from wucht.cams.followers.follower import Outline
 from wucht.cams.followers.roller_cam import RollerCam, RollerFollower
 from wucht.cams.laws import Law
 from wucht.cams.sizing.layout import Layout
-from wucht.cams.sizing.size_limits import CamLimits, Size, SizedCam
-from wucht.cams.sizing.smallest_cam import Angles, SmallestCam, check_length, smallest_roller_cam, tangents_of
+from wucht.cams.sizing.size_limits import CamLimits, Size, SmallestCam
+from wucht.cams.sizing.smallest_cam import Angles, check_length, smallest_roller_cam, tangents_of
 from wucht.errors import InputError
 from wucht.numerics.angles import TURN, valleys
 from wucht.schema import SI, Composite, TableModel, composite, si
@@ -97,7 +97,7 @@ class OscillatingRoller(RollerFollower):
         """See ``Follower``."""
         return Outline(pivot=self.pivot)
 
-    def smallest_cam(self, law: Law, limits: CamLimits, size: Size) -> SizedCam | None:
+    def smallest_cam(self, law: Law, limits: CamLimits, size: Size) -> SmallestCam | None:
         """See ``Follower``."""
         if limits.pressure_angle is None:
             return None

@@ -11,8 +11,8 @@ from wucht.cams.followers.follower import Outline
 from wucht.cams.followers.roller_cam import RollerFollower
 from wucht.cams.laws import Law
 from wucht.cams.sizing.layout import Layout
-from wucht.cams.sizing.size_limits import CamLimits, Size, SizedCam
-from wucht.cams.sizing.smallest_cam import Angles, SmallestCam, smallest_roller_cam, tangents_of
+from wucht.cams.sizing.size_limits import CamLimits, Size, SmallestCam
+from wucht.cams.sizing.smallest_cam import Angles, smallest_roller_cam, tangents_of
 from wucht.schema import SI, si
 
 
@@ -45,7 +45,7 @@ class TranslatingRoller(RollerFollower):
         """See ``Follower``."""
         return Outline(rod_offset=self.offset)
 
-    def smallest_cam(self, law: Law, limits: CamLimits, size: Size) -> SizedCam | None:
+    def smallest_cam(self, law: Law, limits: CamLimits, size: Size) -> SmallestCam | None:
         """See ``Follower``."""
         if limits.pressure_angle is None:
             return None

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Protocol, Self
 
 from pydantic import model_validator
 
@@ -39,36 +38,46 @@ class CamLimits(TableModel):
         return self
 
 
+class Placeable(Protocol):
+    """A follower. placing: its keys that a smaller or larger cam changes."""
+
+    placing: ClassVar[tuple[str, ...]]
+
+
 @dataclass(frozen=True)
-class SizedCam(ABC):
+class SmallestCam:
     """A cam as small as it can be.
 
-    base_radius, largest_radius: in m. least_radius: of curvature of the contour in m where it is convex, negative where it is
-    undercut, infinite where it is nowhere convex; sharpest: the cam angle there in rad.
-    whole: True if a least radius that is not negative implies by itself that nothing is cut away.
+    follower: that makes it this cam, in the frame of ``followers``. base_radius, largest_radius: in m, of the pitch curve of a
+    roller, outside the contour by the distance ``inward``, else of the contour. least_radius: of curvature of the contour in m
+    where it is convex, negative where it is undercut, infinite where it is nowhere convex; sharpest: the cam angle there.
+    pressure_angle: the largest that is reached; binding: cam angles at which a permitted one is reached. face: the least and
+    the largest distance from the rod's axis at which a face is touched, in m along +y. Angles in rad.
     """
 
+    follower: Placeable
     base_radius: float
     largest_radius: float
     least_radius: float
     sharpest: float
-
-    whole: ClassVar[bool] = False
+    inward: float = 0.0
+    pressure_angle: float | None = None
+    binding: tuple[float, ...] = ()
+    face: tuple[float, float] | None = None
 
     @property
-    @abstractmethod
     def placement(self) -> Mapping[str, float]:
         """The keys of the follower that make it this cam, in SI."""
+        return {key: getattr(self.follower, key) for key in self.follower.placing}
 
-    @abstractmethod
     def summary(self) -> dict[str, Any]:
         """Return the summary of its contour, as in a result."""
-
-    def _contour_summary(self, inward: float) -> dict[str, Any]:
-        """Return the part common to all followers. inward: distance of the contour inside the curve whose radii are known."""
+        pressure_angle = {} if self.pressure_angle is None else {"max_pressure_angle": self.pressure_angle}
         return {
             "follower": dict(self.placement),
-            "base_radius": self.base_radius - inward,
-            "largest_radius": self.largest_radius - inward,
+            "base_radius": self.base_radius - self.inward,
+            "largest_radius": self.largest_radius - self.inward,
             "min_curvature_radius": self.least_radius if math.isfinite(self.least_radius) else None,
+            **pressure_angle,
+            **({} if self.face is None else {"face": list(self.face)}),
         }

@@ -11,17 +11,16 @@ cam in a gap of what is forbidden that is narrower than 1.5 deg, or than 1/160 o
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from wucht.cams.followers.roller_cam import RollerCam, RollerFollower
+from wucht.cams.followers.roller_cam import RollerCam
 from wucht.cams.laws.cone_programme import InfeasibleError
 from wucht.cams.sizing.layout import EXACT, Layout, minima_below, nearest_in_cones, pitch_curvature
-from wucht.cams.sizing.size_limits import LARGEST_ANGLE, Size, SizedCam
+from wucht.cams.sizing.size_limits import LARGEST_ANGLE, Size, SmallestCam
 from wucht.errors import InputError, RunError
 from wucht.numerics.angles import GRID, TURN, refine_minima, valleys
 
@@ -140,29 +139,6 @@ def _refined_point(layout: Layout, rays: _Rays, between: tuple[float, float]) ->
     return None
 
 
-@dataclass(frozen=True)
-class SmallestCam(SizedCam):
-    """A cam with a roller, as small as it can be.
-
-    follower: in the frame of ``followers``. base_radius, largest_radius: of the pitch curve in m; the contour's are less by the
-    roller's radius. pressure_angle: the largest that is reached. binding: cam angles at which a permitted pressure angle is
-    reached. Angles in rad.
-    """
-
-    follower: RollerFollower
-    pressure_angle: float
-    binding: tuple[float, ...]
-
-    @property
-    def placement(self) -> Mapping[str, float]:
-        """See ``SizedCam``."""
-        return {key: getattr(self.follower, key) for key in self.follower.placing}
-
-    def summary(self) -> dict[str, Any]:
-        """See ``SizedCam``."""
-        return self._contour_summary(self.follower.roller_radius) | {"max_pressure_angle": self.pressure_angle}
-
-
 def check_length(name: str, value: float, or_zero: bool = False) -> None:
     """Raise ``InputError`` where a length in m is not finite, or not above zero."""
     if not (math.isfinite(value) and (value > 0 or (or_zero and value == 0))):
@@ -244,4 +220,4 @@ def _cam_at_centre(layout: Layout, centre: complex) -> SmallestCam:
     radius = -1 / float(bends[k]) - follower.roller_radius if bends[k] < 0 else math.inf
     near, far = (abs(end - centre) for end in layout.ends)
     binding = tuple(float(x) for x in np.sort(at[spares < _BINDING]))
-    return SmallestCam(near, far, radius, float(sharpest[k]), follower, largest, binding)
+    return SmallestCam(follower, near, far, radius, float(sharpest[k]), follower.roller_radius, largest, binding)

@@ -94,10 +94,9 @@ def write_cam_files(
         base = float(valleys(lambda phi: np.abs(cam.contour(phi)))[1].min())
         path = folder / f"{name}.dxf"
         write_dxf(path, cam.contour, tolerance, pitch, base, roller, heading)
-        lines = read_back(path, cam.contour, pitch)
-        worst = max(one.deviation for one in lines)
-        content, count = f"drawing of the {cam_name}", sum(line.count for line in lines)
-        files.append(_checked_file(WorkshopFile(path, content, count, worst, tolerance)))
+        counts, deviations = zip(*read_back(path, cam.contour, pitch).values(), strict=True)
+        content = f"drawing of the {cam_name}"
+        files.append(_checked_file(WorkshopFile(path, content, sum(counts), max(deviations), tolerance)))
     return files
 
 

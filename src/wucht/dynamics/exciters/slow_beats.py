@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from wucht.analysis.averaged_equations import AveragedEquations, FullMotion, averaged_equations_of
+from wucht.analysis.averaged_equations import AveragedEquations, averaged_equations_of, full_motion
 from wucht.dynamics.run_ups.hanging_start import with_default_start
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in
 from wucht.dynamics.run_ups.machine_signals import MachineSignal, machine_signal
@@ -136,11 +136,11 @@ def _harmonic_beat(
 ) -> Beat:
     """Return the beat from the first harmonic of the signal over the main rotor's angle, at each place of the beat."""
     machine, time, states = averaged_equations.machine, motion.time[1:], motion.states[:, 1:]
-    full, parameters = FullMotion(averaged_equations), np.array(machine.system.values(machine.values))
+    parameters = np.array(machine.system.values(machine.values))
     angles = 2 * np.pi * np.arange(_TURN) / _TURN
     harmonic = np.zeros(_PLACES, complex)
     for angle in angles.tolist():
-        whole = full(time, states, np.full(_PLACES, angle))
+        whole = full_motion(averaged_equations, time, states, np.full(_PLACES, angle))
         there = replace(motion, time=time, states=whole, final_parameter_values=parameters)
         harmonic += 2 / _TURN * signal(there) * np.exp(-1j * angle)
     amplitude = np.abs(harmonic)

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.analysis.bearing_forces import BearingForces, RatedBearing, rated_bearings
+from wucht.analysis.bearing_forces import BearingForces, bearing_ratings
 from wucht.analysis.throw import largest_of
 from wucht.dynamics.verdicts.noise import Noise
-from wucht.fatigue.bearing_life import HEAVY, BearingDuty, mean_over_time
+from wucht.fatigue.bearing_life import HEAVY, BearingDuty, BearingRating, mean_over_time
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.trajectory import Trajectory
 
@@ -65,10 +65,11 @@ def has_bearing_forces(machine: Machine) -> bool:
 class DutyObserver:
     """Observer of the duties of a machine's rated bearings between two times.
 
-    bearings: by rotor. forces: of these rotors.
+    ratings, shares: by rotor, the latter of its force that the bearing takes. forces: of these rotors.
     """
 
-    bearings: Mapping[str, RatedBearing]
+    ratings: Mapping[str, BearingRating]
+    shares: Mapping[str, float]
     forces: BearingForces
     begin_time: float
     end_time: float
@@ -76,25 +77,27 @@ class DutyObserver:
     @classmethod
     def of(cls, machine: Machine, begin: float, end: float = math.inf) -> DutyObserver | None:
         """Return the observer; None of a machine whose bearings have no rating."""
-        bearings = rated_bearings(machine)
-        return cls(bearings, BearingForces.of(machine, tuple(bearings)), begin, end) if bearings else None
+        if not (ratings := bearing_ratings(machine)):
+            return None
+        shares = {name: machine.values[f"{name}.bearing.share"] for name in ratings}
+        return cls(ratings, shares, BearingForces.of(machine, tuple(ratings)), begin, end)
 
     def begin(self) -> dict[str, BearingDuty]:
         """Return the duties before the motion."""
-        return {n: BearingDuty(bearing.rating.p, self.begin_time, self.end_time) for n, bearing in self.bearings.items()}
+        return {n: BearingDuty(rating.p, self.begin_time, self.end_time) for n, rating in self.ratings.items()}
 
     def update(self, previous: Duties, motion: Trajectory) -> dict[str, BearingDuty]:
         """Return the duties after a further part of the motion, which begins with the last sample of the one before."""
         forces, speeds = self.forces(motion)
         return {
-            name: duty.update(motion.time, self.bearings[name].share * np.hypot(*forces[name]), speeds[name])
+            name: duty.update(motion.time, self.shares[name] * np.hypot(*forces[name]), speeds[name])
             for name, duty in previous.items()
         }
 
 
 def lives_of(machine: Machine, duties: Duties) -> dict[str, BearingLife]:
     """Return the life of each rated bearing in a motion that is repeated over and over."""
-    ratings = {name: bearing.rating for name, bearing in rated_bearings(machine).items()}
+    ratings = bearing_ratings(machine)
     return {n: BearingLife(duty.equivalent_load, duty.life(ratings[n]), ratings[n].C) for n, duty in duties.items()}
 
 

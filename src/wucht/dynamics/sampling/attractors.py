@@ -29,8 +29,9 @@ from wucht.dynamics.sampling.full_classification import member_verdict, model_of
 from wucht.dynamics.verdicts.observation import Observation
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.machines.machine import Machine
-from wucht.numerics.ensembles.ensemble import CompiledEnsemble, compile_ensemble
+from wucht.numerics.ensembles.ensemble import compile_ensemble
 from wucht.numerics.ensembles.members import Chunk, Status
+from wucht.numerics.flow.compiled_batch import CompiledBatch
 from wucht.numerics.zeros_and_peaks import extremes
 
 if TYPE_CHECKING:
@@ -256,12 +257,13 @@ def _starts(machine: Machine) -> np.ndarray:
     return starts
 
 
-def _motion(ensemble: CompiledEnsemble, state: np.ndarray, parameter_values: np.ndarray, duration: float) -> Chunk | None:
+def _motion(ensemble: CompiledBatch, state: np.ndarray, parameter_values: np.ndarray, duration: float) -> Chunk | None:
     """Return what is observed from a state (k,) on; None if it cannot be continued."""
-    with ensemble.lanes() as lanes:
-        lane_values, _ = lanes.lane_values(parameter_values[None])
-        advance = lanes.advance(state[:, None], lane_values, np.linspace(0.0, duration, _POINTS + 1), lambda: None)
-    return None if advance.stops else advance.chunk
+    times, (constants, _) = np.linspace(0.0, duration, _POINTS + 1), ensemble.lane_constants(parameter_values[None])
+    integrator = ensemble.acquire()
+    result = integrator.advance(state[:, None], constants, times)
+    ensemble.release(integrator)
+    return None if result.failures else Chunk(times[1:], result.values, result.peaks)
 
 
 def _sparse_points(points: np.ndarray, reach: float) -> np.ndarray:

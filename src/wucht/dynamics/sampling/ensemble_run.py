@@ -197,8 +197,8 @@ def _screen_members(
     members = Members.of(initial, quantities.parameter_values[variants.machine_index])
     ensemble = compile_ensemble(quantities.system, question.tolerance, quantities=quantities.expressions)
     parts, numbers, failures = [], [np.zeros(0, int)], dict[int, str]()
-    for tile in tiles(ensemble, members, observer, pace, report=report):
-        record, ends = tile.result.record, tile.result
+    for ends in tiles(ensemble, members, observer, pace, report=report):
+        record = ends.record
         has_failed = ends.status == Status.FAILED
         outcome = np.where(has_failed, OUTCOMES.index(Outcome.FAILED), record.outcome).astype(np.int8)
         parts.append(MemberOutcomes(outcome, record.settling_time, np.sqrt(record.peak_distance_squared), ends.times))

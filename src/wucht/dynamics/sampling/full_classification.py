@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from wucht.analysis.averaged_equations import FullMotion
+from wucht.analysis.averaged_equations import full_motion
 from wucht.dynamics.run_ups.horizon import Horizon, distinctive_times
 from wucht.dynamics.run_ups.run_up import free_speed_at_end
 from wucht.dynamics.run_ups.run_up_models import FullModel, SlowModel, slow_model
@@ -106,8 +106,7 @@ def observe_members(
         models, variants.machine_index, horizon.span, Noise.of(question.tolerance), pace, question.until is not None
     )
     members = Members.of(initial, parameters_of(system, variants))
-    for tile in tiles(compile_ensemble(system, question.tolerance), members, observer, pace, _MEMBERS_PER_TILE, report=report):
-        yield tile.result
+    yield from tiles(compile_ensemble(system, question.tolerance), members, observer, pace, _MEMBERS_PER_TILE, report=report)
 
 
 def model_of(question: EnsembleQuestion, machine: Machine, start: np.ndarray) -> FullModel:
@@ -201,5 +200,5 @@ def _motion(model: FullModel, time: np.ndarray, samples: np.ndarray) -> Trajecto
     """Return the machine's motion from samples (K, k, M), one member after the other."""
     machine, states = model.machine, samples.transpose(1, 2, 0).reshape(samples.shape[1], -1)
     if isinstance(model, SlowModel):
-        states = FullMotion(model.averaged_equations)(time, states[:-1], states[-1])
+        states = full_motion(model.averaged_equations, time, states[:-1], states[-1])
     return Trajectory(time, states, {}, np.array(machine.system.values(machine.values)), float(time[-1]), states[:, -1])

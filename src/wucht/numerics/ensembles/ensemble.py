@@ -9,19 +9,18 @@ from __future__ import annotations
 import itertools
 import os
 import threading
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
-from functools import cache, lru_cache
+from dataclasses import replace
+from functools import cache
 from typing import TypeVar
 
 from wucht.errors import WuchtError
 from wucht.numerics.ensembles.members import EnsembleResult, Members, Observer, Pacing, Source
-from wucht.numerics.ensembles.tile import BatchLanes, Lanes, SequentialLanes, Tick, Tile, run_tile
+from wucht.numerics.ensembles.tile import Tick, run_tile
 from wucht.numerics.flow.compiled_batch import CompiledBatch, Quantities, compile_batch
-from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE, RADAU, CompiledSystem, compile_system, known_engine
-from wucht.numerics.flow.events import Event
+from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE
 from wucht.system import System
 
 R = TypeVar("R")
@@ -33,81 +32,15 @@ _TICK_S = 0.1  # between two reports
 Report = Callable[[float], None]  # the share that is done, 0 to 1
 
 
-@dataclass(frozen=True)
-class CompiledEnsemble:
-    """A System compiled for ensembles, without its outputs and quadratures: immutable, shared by all threads.
-
-    Attributes
-    ----------
-    system : System
-    tolerance : float
-    batching_obstacle : str
-        Why its members are integrated one by one; empty where they are integrated in batches.
-    width : int
-        Members that are integrated at once.
-    """
-
-    system: System
-    tolerance: float
-    batching_obstacle: str
-    width: int
-    _code: CompiledBatch | CompiledSystem = field(compare=False, repr=False)
-
-    @property
-    def is_batched(self) -> bool:
-        """True if members are integrated in batches."""
-        return not self.batching_obstacle
-
-    @contextmanager
-    def lanes(self) -> Iterator[Lanes]:
-        """Provide the lanes that advance members, for one thread."""
-        if isinstance(self._code, CompiledSystem):
-            yield SequentialLanes(self._code)
-            return
-        integrator = self._code.acquire()
-        yield BatchLanes(self._code, integrator, self.system.state_names)
-        self._code.release(integrator)
-
-
-@lru_cache(maxsize=64)
 def compile_ensemble(
-    system: System,
-    tolerance: float = DEFAULT_TOLERANCE,
-    events: tuple[Event, ...] = (),
-    engine: str | None = None,
-    quantities: Quantities | None = None,
-) -> CompiledEnsemble:
-    """Compile a System for ensembles: in batches where that can be, else one by one with the same interface.
-
-    Batches are those of the engine ``compiled``; they are impossible with events. Other parameters and errors are those of
-    ``compile_system``.
-
-    Parameters
-    ----------
-    quantities : Quantities, optional
-        Observed instead of the states.
-
-    Raises
-    ------
-    WuchtError
-        For quantities of members that are integrated one by one: these are observed by their states.
-    """
-    bare = replace(system, outputs=(), quadratures=())
-    obstacle = ""
-    if known_engine(engine) == RADAU:
-        obstacle = f"the engine {RADAU} has no batches"
-    elif events:
-        obstacle = f"there are events ({', '.join(e.name for e in events)})"
-    if obstacle and quantities is not None:
-        raise WuchtError(f"quantities of members can be observed in batches alone: {obstacle}", code="one-by-one")
-    if obstacle:
-        return CompiledEnsemble(bare, tolerance, obstacle, 1, compile_system(bare, tolerance, events, engine))
-    batch = compile_batch(bare, tolerance, quantities)
-    return CompiledEnsemble(bare, tolerance, "", batch.width, batch)
+    system: System, tolerance: float = DEFAULT_TOLERANCE, quantities: Quantities | None = None
+) -> CompiledBatch:
+    """Compile a System for ensembles, without its outputs and quadratures; quantities are observed instead of the states."""
+    return compile_batch(replace(system, outputs=(), quadratures=()), tolerance, quantities)
 
 
 def run_ensemble(
-    ensemble: CompiledEnsemble,
+    ensemble: CompiledBatch,
     members: Source,
     observer: Observer[R],
     pace: Pacing,
@@ -118,7 +51,7 @@ def run_ensemble(
 
     Parameters
     ----------
-    ensemble : CompiledEnsemble
+    ensemble : CompiledBatch
     members : Source
         ``Members``, at least one.
     observer : Observer
@@ -134,24 +67,21 @@ def run_ensemble(
     WuchtError
         For no member, or members that do not fit the System.
     """
-    return EnsembleResult.join(
-        [tile.result for tile in tiles(ensemble, members, observer, pace, threads=threads, report=report)]
-    )
+    return EnsembleResult.join([*tiles(ensemble, members, observer, pace, threads=threads, report=report)])
 
 
 def tiles(
-    ensemble: CompiledEnsemble,
+    ensemble: CompiledBatch,
     members: Source,
     observer: Observer[R],
     pace: Pacing,
     size: int | None = None,
     threads: int | None = None,
-    tile_numbers: Sequence[int] | None = None,
     report: Report | None = None,
-) -> Iterator[Tile[R]]:
-    """Integrate all members tile by tile, in order: each tile can be stored, and stored ones need not be computed again.
+) -> Iterator[EnsembleResult[R]]:
+    """Integrate all members tile by tile, and yield their results in order: only a few per thread are in memory.
 
-    Only a few per thread are in memory. After Ctrl-C (``KeyboardInterrupt`` while the caller waits for the next tile, or raised
+    After Ctrl-C (``KeyboardInterrupt`` while the caller waits for the next tile, or raised
     by ``report``) the threads stop, the completed tiles are still yielded, and then the interrupt is raised.
 
     Parameters
@@ -159,8 +89,6 @@ def tiles(
     size : int, optional
         Members per tile: tile i has those from ``i * size`` on. If not given, so many that all threads have work and memory
         suffices.
-    tile_numbers : sequence of int, optional
-        Of the requested tiles; all if not given.
     """
     count, thread_count = len(members), processor_count() if threads is None else threads
     size = _members_per_tile(count, thread_count, ensemble) if size is None else size
@@ -168,21 +96,18 @@ def tiles(
         raise WuchtError(
             f"{count} members in tiles of {size} on {thread_count} threads: there must be at least one of each", code="none"
         )
-    all_numbers = range(-(-count // size))
-    tile_numbers = list(all_numbers if tile_numbers is None else tile_numbers)
-    if len(set(tile_numbers)) < len(tile_numbers) or not set(tile_numbers) <= set(all_numbers):
-        raise WuchtError(f"the requested tiles must be among 0 to {len(all_numbers) - 1}, each once", code="no-tile")
 
-    def compute(number: int, tick: Tick) -> Tile[R]:
-        first = number * size
+    def compute(first: int, tick: Tick) -> EnsembleResult[R]:
         part = _checked_members(members.part(first, min(first + size, count)), ensemble.system)
-        with ensemble.lanes() as lanes:
-            return Tile(number, first, run_tile(lanes, part, observer, pace, tick))
+        integrator = ensemble.acquire()
+        result = run_tile(integrator, part, observer, pace, tick)
+        ensemble.release(integrator)
+        return result
 
-    return _compute_in_threads(compute, tile_numbers, thread_count, report)
+    return _compute_in_threads(compute, range(0, count, size), thread_count, report)
 
 
-def _members_per_tile(count: int, threads: int, ensemble: CompiledEnsemble) -> int:
+def _members_per_tile(count: int, threads: int, ensemble: CompiledBatch) -> int:
     """Return the number of members per tile: whole batches, and of equal tiles as many for each thread."""
     width, threads = ensemble.width, max(1, threads)
     largest = max(1, _STATES_PER_TILE // (len(ensemble.system.states) * width)) * width
@@ -216,49 +141,50 @@ class _CancelledError(Exception):
 
 
 def _compute_in_threads(
-    compute: Callable[[int, Tick], Tile[R]], tile_numbers: Sequence[int], threads: int, report: Report | None
-) -> Iterator[Tile[R]]:
-    """Compute the tiles of these numbers, yielded in order, with only a few per thread in progress."""
-    shares, stop_request = dict.fromkeys(tile_numbers, 0.0), threading.Event()
+    compute: Callable[[int, Tick], EnsembleResult[R]], firsts: Sequence[int], threads: int, report: Report | None
+) -> Iterator[EnsembleResult[R]]:
+    """Compute the tiles from these members on, yielded in order, with only a few per thread in progress."""
+    shares, stop_request = dict.fromkeys(firsts, 0.0), threading.Event()
 
-    def job(number: int) -> Tile[R]:
+    def job(first: int) -> EnsembleResult[R]:
         def tick(share: float) -> None:
-            shares[number] = share
+            shares[first] = share
             if stop_request.is_set():
                 raise _CancelledError
 
         tick(0.0)
-        tile = compute(number, tick)
-        shares[number] = 1.0
-        return tile
+        result = compute(first, tick)
+        shares[first] = 1.0
+        return result
 
-    pool, remaining_numbers, futures = _pool(threads, os.getpid()), iter(tile_numbers), dict[int, Future[Tile[R]]]()
+    pool, remaining_firsts, futures = _pool(threads, os.getpid()), iter(firsts), deque[Future[EnsembleResult[R]]]()
     try:
         while True:
-            for number in itertools.islice(remaining_numbers, _TILES_PER_THREAD * threads - len(futures)):
-                futures[number] = pool.submit(job, number)
+            for first in itertools.islice(remaining_firsts, _TILES_PER_THREAD * threads - len(futures)):
+                futures.append(pool.submit(job, first))
             if not futures:
                 break
-            number, future = next(iter(futures.items()))
+            future = futures[0]
             while True:
                 is_done = future.done()
                 if report is not None:
-                    report(sum(shares.values()) / len(tile_numbers))
+                    report(sum(shares.values()) / len(firsts))
                 if is_done:
                     break
                 wait([future], _TICK_S)
-            tile = future.result()
-            del futures[number], future
-            yield tile
+            result = future.result()
+            futures.popleft()
+            del future
+            yield result
     except KeyboardInterrupt:
         stop_request.set()
-        for future in _finish(futures.values()):
+        for future in _finish(futures):
             if future.exception() is None:
                 yield future.result()
         raise
     finally:
         stop_request.set()
-        _finish(futures.values())
+        _finish(futures)
 
 
 @cache
@@ -270,7 +196,7 @@ def _pool(threads: int, _process: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, "ensemble")
 
 
-def _finish(futures: Iterable[Future[Tile[R]]]) -> list[Future[Tile[R]]]:
+def _finish(futures: Iterable[Future[EnsembleResult[R]]]) -> list[Future[EnsembleResult[R]]]:
     """Cancel futures that have not begun; wait for the others and return them."""
     active = [f for f in futures if not f.cancel()]
     wait(active)

@@ -20,8 +20,7 @@ class Status(IntEnum):
 
     SETTLED = 0  # by its observer's decision
     LIMIT = 1  # it reached the limit of time
-    STOPPED = 2  # by a terminal event
-    FAILED = 3
+    FAILED = 2
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,8 @@ numbers do not depend on its lane.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import partial
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -25,128 +24,17 @@ from wucht.numerics.ensembles.members import (
     joined_records,
     select_members,
 )
-from wucht.numerics.flow.compiled_batch import BatchIntegrator, CompiledBatch
-from wucht.numerics.flow.compiled_system import CompiledSystem
-from wucht.numerics.flow.integration import integrate
+from wucht.numerics.flow.compiled_batch import BatchIntegrator
 
-Check = Callable[[], None]  # raises if the work is to be stopped
 R = TypeVar("R")
 Tick = Callable[[float], None]  # called with the completed share, 0 to 1; raises if the work is to be stopped
 
 
-@dataclass(frozen=True)
-class Stop:
-    """Early end of a member. state: (n,), at the time; sentence: as in ``EnsembleResult``."""
-
-    time: float
-    state: np.ndarray
-    status: Status
-    sentence: str
-
-
-@dataclass(frozen=True)
-class ChunkResult:
-    """State of L members after a chunk, and what was observed in it.
-
-    states: (n, L). lane_values: (k, L), which actions of events may have changed. stops: by lane; arrays are undefined for
-    these.
-    """
-
-    chunk: Chunk
-    states: np.ndarray
-    lane_values: np.ndarray
-    stops: Mapping[int, Stop]
-
-
-class Lanes(Protocol):
-    """Lanes on which one thread advances members."""
-
-    def lane_values(self, parameter_values: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
-        """Convert parameters (L, p) to the values (k, L) with which lanes are advanced; where this fails, a reason by lane."""
-        ...
-
-    def advance(self, states: np.ndarray, lane_values: np.ndarray, times: np.ndarray, check: Check) -> ChunkResult:
-        """Advance states (n, L) from ``times[0]`` to ``times[-1]``, sampled at all but the first."""
-        ...
-
-
-@dataclass(frozen=True)
-class BatchLanes:
-    """Lanes that advance many members at once. names: of the states."""
-
-    batch: CompiledBatch
-    integrator: BatchIntegrator
-    names: tuple[str, ...]
-
-    def lane_values(self, parameter_values: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
-        """Return the constants of the code, computed once for equal parameters, and the progress of motions that begin."""
-        keys = [row.tobytes() for row in parameter_values]
-        column_by_key = {key: k for k, key in enumerate(dict.fromkeys(keys))}
-        columns, reasons = np.full((self.batch.constant_count, len(column_by_key)), np.nan), dict[bytes, str]()
-        for key, k in column_by_key.items():
-            try:
-                columns[:, k] = self.batch.constant_values(np.frombuffer(key))
-            except RunError as error:
-                reasons[key] = str(error)
-        refusals = {lane: reasons[key] for lane, key in enumerate(keys) if key in reasons} if reasons else {}
-        columns = np.take(columns, [column_by_key[key] for key in keys], axis=1)
-        return np.concatenate([columns, self.batch.begin(len(keys))]), refusals
-
-    def advance(self, states: np.ndarray, lane_values: np.ndarray, times: np.ndarray, check: Check) -> ChunkResult:
-        """Advance the states in batches: see ``Lanes``."""
-        constants, progress = np.split(lane_values, [self.batch.constant_count])
-        result = self.integrator.advance(states, constants, times, check, progress)
-        stops = {
-            lane: Stop(f.sample_time, f.state, Status.FAILED, f.error.sentence(f.time, self.names, f.state))
-            for lane, f in result.failures.items()
-        }
-        chunk, next_values = Chunk(times[1:], result.values, result.peaks), np.concatenate([constants, result.progress])
-        return ChunkResult(chunk, result.states, next_values, stops)
-
-
-@dataclass(frozen=True)
-class SequentialLanes:
-    """Lanes that advance one member after the other, with events and piecewise functions; states are observed."""
-
-    compiled_system: CompiledSystem
-
-    def lane_values(self, parameter_values: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
-        """Return the parameters unchanged."""
-        return parameter_values.T.copy(), {}
-
-    def advance(self, states: np.ndarray, lane_values: np.ndarray, times: np.ndarray, check: Check) -> ChunkResult:
-        """Advance the states one by one: see ``Lanes``."""
-        samples, end_states = np.empty((len(times) - 1, *states.shape)), np.empty(states.shape)
-        next_values, stops = lane_values.copy(), dict[int, Stop]()
-        for lane in range(states.shape[1]):
-            check()
-            try:
-                run = integrate(self.compiled_system, states[:, lane], lane_values[:, lane], times).reraise_interrupt()
-            except RunError as error:  # the equations cannot be evaluated at its parameters
-                stops[lane] = Stop(float(times[0]), states[:, lane], Status.FAILED, str(error))
-                continue
-            next_values[:, lane], end = run.final_parameter_values, run.end_state[: len(states)]
-            if run.failure is not None:
-                stops[lane] = Stop(run.end_time, end, Status.FAILED, run.failure)
-            elif run.stopped_by is not None:
-                stops[lane] = Stop(run.end_time, end, Status.STOPPED, run.stopped_by)
-            else:
-                samples[:, :, lane], end_states[:, lane] = run.states[:, 1:].T, end
-        return ChunkResult(Chunk(times[1:], samples, np.empty((0, states.shape[1]))), end_states, next_values, stops)
-
-
-@dataclass(frozen=True)
-class Tile(Generic[R]):
-    """Result of the members from ``first`` on. number: of the tile."""
-
-    number: int
-    first: int
-    result: EnsembleResult[R]
-
-
-def run_tile(lanes: Lanes, members: Members, observer: Observer[R], pace: Pacing, tick: Tick) -> EnsembleResult[R]:
+def run_tile(
+    integrator: BatchIntegrator, members: Members, observer: Observer[R], pace: Pacing, tick: Tick
+) -> EnsembleResult[R]:
     """Advance members until each has settled, failed or reached the limit of time."""
-    active, limit = _ActiveMembers(lanes, members, observer), pace.times(pace.chunks - 1)[-1]
+    active, limit = _ActiveMembers(integrator, members, observer), pace.times(pace.chunks - 1)[-1]
     for chunk in range(pace.chunks):
         if not len(active.ids):
             break
@@ -157,29 +45,35 @@ def run_tile(lanes: Lanes, members: Members, observer: Observer[R], pace: Pacing
 
 
 class _ActiveMembers(Generic[R]):
-    """Members in progress. ids (L,): their numbers, rising; states (n, L), lane_values (k, L) and record are theirs."""
+    """Members in progress. ids (L,): their numbers, rising; states (n, L), constants (k, L), progress and record are theirs."""
 
-    def __init__(self, lanes: Lanes, members: Members, observer: Observer[R]) -> None:
-        count = len(members)
-        self._lanes, self._observer = lanes, observer
+    def __init__(self, integrator: BatchIntegrator, members: Members, observer: Observer[R]) -> None:
+        count, batch = len(members), integrator.batch
+        self._integrator, self._observer = integrator, observer
         self._times, self._ends = np.zeros(count), members.starts.copy()
         self._status, self._sentences = np.full(count, Status.LIMIT, np.int8), dict[int, str]()
         self._records = list[tuple[np.ndarray, R]]()
         self.ids, self.states = np.arange(count), np.ascontiguousarray(members.starts.T)
         self.record = checked_record(observer.begin(members), count)
-        self.lane_values, refusals = lanes.lane_values(members.parameter_values)
+        self.constants, failures = batch.lane_constants(members.parameter_values)
+        self.progress = batch.begin(count)
         for i in np.flatnonzero(~np.isfinite(members.starts).all(axis=1)).tolist():
-            refusals[i] = f"the start {members.starts[i]} is not finite"
-        self._stop({i: Stop(0.0, members.starts[i], Status.FAILED, reason) for i, reason in refusals.items()})
+            failures[i] = f"the start {members.starts[i]} is not finite"
+        self._fail(failures, self._times, self.states)
 
     def advance(self, times: np.ndarray, check: Callable[[], None]) -> None:
         """Advance the members by a chunk, observe them, and remove those that have ended."""
-        lane_count = len(self.ids)
-        result = self._lanes.advance(self.states, self.lane_values, times, check)
-        self.states, self.lane_values, chunk = result.states, result.lane_values, result.chunk
-        self._stop(result.stops)
-        if result.stops:
-            chunk = chunk.select(np.setdiff1d(np.arange(lane_count), list(result.stops)))
+        lane_count, names = len(self.ids), self._integrator.batch.system.state_names
+        result = self._integrator.advance(self.states, self.constants, times, check, self.progress)
+        self.states, self.progress = result.states, result.progress
+        chunk = Chunk(times[1:], result.values, result.peaks)
+        if result.failures:
+            failures = {
+                lane: error.sentence(float(result.times[lane]), names, result.states[:, lane])
+                for lane, error in result.failures.items()
+            }
+            self._fail(failures, result.sample_times, result.states)
+            chunk = chunk.select(np.setdiff1d(np.arange(lane_count), list(failures)))
         if not len(self.ids):
             return
         self.record, has_settled = self._observe(chunk)
@@ -200,14 +94,14 @@ class _ActiveMembers(Generic[R]):
             raise RunError(f"an observer must decide for each of {observed_count} members whether it has settled")
         return (select_members(record, np.zeros(1, int)), has_settled[:1]) if count == 1 else (record, has_settled)
 
-    def _stop(self, stops: Mapping[int, Stop]) -> None:
-        """Remove the members that end early."""
-        has_ended = np.zeros(len(self.ids), bool)
-        for lane, stop in stops.items():
-            has_ended[lane], i = True, int(self.ids[lane])
-            self._times[i], self._ends[i], self._status[i] = stop.time, stop.state, stop.status
-            self._sentences[i] = stop.sentence
-        self._remove_lanes(has_ended)
+    def _fail(self, failures: Mapping[int, str], times: np.ndarray, states: np.ndarray) -> None:
+        """Remove the members on some lanes, which fail for these reasons. times (L,), states (n, L): where they end."""
+        has_failed = np.zeros(len(self.ids), bool)
+        for lane, reason in failures.items():
+            has_failed[lane], i = True, int(self.ids[lane])
+            self._times[i], self._ends[i], self._status[i] = times[lane], states[:, lane], Status.FAILED
+            self._sentences[i] = reason
+        self._remove_lanes(has_failed)
 
     def _remove_lanes(self, has_ended: np.ndarray) -> None:
         if not has_ended.any():
@@ -216,7 +110,8 @@ class _ActiveMembers(Generic[R]):
         self._records.append((self.ids[ended_lanes], self._observer.final_record(select_members(self.record, ended_lanes))))
         self.ids, self.record = self.ids[other_lanes], select_members(self.record, other_lanes)
         self.states = np.take(self.states, other_lanes, axis=1)
-        self.lane_values = np.take(self.lane_values, other_lanes, axis=1)
+        self.constants = np.take(self.constants, other_lanes, axis=1)
+        self.progress = np.take(self.progress, other_lanes, axis=1)
 
     def result(self) -> EnsembleResult[R]:
         """Return the results of all members, in their order."""

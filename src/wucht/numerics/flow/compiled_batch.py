@@ -15,6 +15,7 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
+from wucht.errors import RunError
 from wucht.numerics.flow import step_sizes
 from wucht.numerics.flow.compiled import lane_peaks, lanes_stepper, leg_memory
 from wucht.numerics.flow.compiled.dormand_prince import (
@@ -75,27 +76,20 @@ class Quantities:
 
 
 @dataclass(frozen=True)
-class LaneFailure:
-    """Failure of one motion. time: reached; error: the reason; sample_time, state (n,): of the last sample before."""
-
-    time: float
-    sample_time: float
-    state: np.ndarray
-    error: LegError
-
-
-@dataclass(frozen=True)
 class LanesResult:
     """Result of motions on lanes.
 
-    values: (K, v, L). states: (n, L), at the end. progress: (1 + p, L), with which the motions are continued. failures: by
-    lane; the arrays are undefined for these.
+    values: (K, v, L). states: (n, L), at the end; of a motion that fails at the last sample before. times, sample_times: (L,),
+    reached, and of the last sample. progress: (1 + p, L), with which the motions are continued. failures: why a motion fails,
+    by lane; values and progress are undefined for these.
     """
 
     values: np.ndarray
     states: np.ndarray
+    times: np.ndarray
+    sample_times: np.ndarray
     progress: np.ndarray
-    failures: Mapping[int, LaneFailure]
+    failures: Mapping[int, LegError]
 
     @property
     def peaks(self) -> np.ndarray:
@@ -118,7 +112,7 @@ class CompiledBatch:
     width = WIDTH
 
     def __init__(self, system: System, tolerance: float, quantities: Quantities) -> None:
-        groups = (system.derivatives, quantities.values, quantities.peaks)
+        self.system, groups = system, (system.derivatives, quantities.values, quantities.peaks)
         expressions = [sp.sympify(e) for group in groups for e in group]
         segmentations = Segmentations.of([*expressions, *(e for _, e in needed_definitions(system.definitions, expressions))])
         smooth = segmentations.smooth_system(system) if segmentations else system
@@ -147,6 +141,19 @@ class CompiledBatch:
         values = np.append(parameter_values, np.zeros(self.segment_width))  # of segments that are located as a motion begins
         return np.concatenate([program.constant_values(values) for program in self.programs])
 
+    def lane_constants(self, parameter_values: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
+        """Compute the constants (k, L) of motions with parameters (L, p), once for equal ones; where this fails, the reason."""
+        keys = [row.tobytes() for row in parameter_values]
+        column_by_key = {key: k for k, key in enumerate(dict.fromkeys(keys))}
+        columns, reasons = np.full((self.constant_count, len(column_by_key)), np.nan), dict[bytes, str]()
+        for key, k in column_by_key.items():
+            try:
+                columns[:, k] = self.constant_values(np.frombuffer(key))
+            except RunError as error:
+                reasons[key] = str(error)
+        failures = {lane: reasons[key] for lane, key in enumerate(keys) if key in reasons} if reasons else {}
+        return np.take(columns, [column_by_key[key] for key in keys], axis=1), failures
+
     def begin(self, count: int) -> np.ndarray:
         """Return the progress (1 + p, L) of motions that begin: sizes of their next steps, 0 where not known, and peaks."""
         return np.append(np.zeros((1, count)), np.full((self.peak_count, count), -np.inf), axis=0)
@@ -167,7 +174,7 @@ class BatchIntegrator:
     """An integrator of one thread: the memory in which the stepper works."""
 
     def __init__(self, batch: CompiledBatch) -> None:
-        self._batch = batch
+        self.batch = batch
         n, p = len(batch.is_angle), batch.peak_count
         counts = [len(program.constants) for program in batch.programs] + [0] * (len(_CONSTANTS) - len(batch.programs))
         rows = {
@@ -217,7 +224,7 @@ class BatchIntegrator:
         progress : ndarray, (1 + p, L), optional
             Of motions that are continued: that of the ``LanesResult`` before. Of those that begin if not given.
         """
-        batch, count = self._batch, states.shape[1]
+        batch, count = self.batch, states.shape[1]
         ends, grid = np.array(states, float, order="C"), np.ascontiguousarray(times, float)
         values = np.empty((len(grid) - 1, batch.value_count, count))
         progress = batch.begin(count) if progress is None else np.array(progress, float, order="C")
@@ -235,12 +242,11 @@ class BatchIntegrator:
                 check()
             if not batch.advance(*arguments, *self._leg_arguments):
                 break
-        failures = dict[int, LaneFailure]()
-        for lane in np.flatnonzero(endings != leg_memory.END).tolist():
-            time = float(times_reached[lane])
-            error = _error_of(int(endings[lane]), len(ends), float(grid[0]), time)
-            failures[lane] = LaneFailure(time, float(sample_times[lane]), ends[:, lane].copy(), error)
-        return LanesResult(values, ends, progress, failures)
+        failures = {
+            lane: _error_of(int(endings[lane]), len(ends), float(grid[0]), float(times_reached[lane]))
+            for lane in np.flatnonzero(endings != leg_memory.END).tolist()
+        }
+        return LanesResult(values, ends, times_reached, sample_times, progress, failures)
 
 
 def _error_of(ending: int, n: int, begin: float, time: float) -> LegError:

@@ -50,11 +50,6 @@ class Program:
         """Return the function (states, time, constants) -> list of results; see ``python_function``."""
         return python_function((self.states, TIME, tuple(s for s, _ in self.constants)), self.lines, self.results, modules)
 
-    def at_point(self) -> PointValues:
-        """Return the results as a function of a state (n,), a time and constants (k,)."""
-        function = self.function("math")
-        return lambda state, time, constants: function(state.tolist(), time, constants.tolist())
-
     @cached_property
     def _parameter_places(self) -> np.ndarray:
         """The places of the parameters that the constants depend on."""

@@ -21,7 +21,7 @@ from wucht.numerics.continuation.equilibria import FOLD, Equilibrium
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycles import Cycles
 from wucht.numerics.periodic.hopf_ends import SHRINKS, equilibria_of, hopf_point, nearest_special
-from wucht.numerics.periodic.period_laws import CONNECTION, SADDLE_NODE, Growth, PeriodLaw, growth
+from wucht.numerics.periodic.period_laws import CONNECTION, SADDLE_NODE, PeriodLaw, better_law, laws_of_growth
 from wucht.numerics.zeros_and_peaks import stretches
 
 SADDLE_NODE_ON_ORBIT, SADDLE_CONNECTION, HOPF = "saddle-node-on-orbit", "saddle-connection", "hopf"
@@ -137,28 +137,28 @@ def _lengthening_end(cycles: Cycles, values: np.ndarray, periods: np.ndarray, la
     is_longest = abs(period - cycles.periods[1]) <= _AT_A_BOUND * period
     if is_longest:
         reason = f"the period reaches {period:.6g}, up to which orbits are followed"
-    grown = growth(values, periods) if period >= _GROWN * periods.min() else None
-    by_law = None if grown is None else _end_from_growth(cycles, here, grown, reason)
+    laws = laws_of_growth(values, periods) if period >= _GROWN * periods.min() else None
+    by_law = None if laws is None else _end_by_law(cycles, here, laws, reason)
     if by_law is not None and by_law.kind != NOT_IDENTIFIED:
         return by_law
     if (connection := _unresolved_connection(cycles, values, periods, last)) is not None:
         return connection
-    if is_longest and (grown is None or not _holds(grown)):
-        laws = (None, None) if grown is None else (grown.saddle_node, grown.connection)
+    if is_longest and (laws is None or not _holds(laws)):
+        saddle_node, connection_law = laws or (None, None)
         sentence = f"at {name} = {value_text} {reason}"
-        return BranchEnd(PERIOD_LIMIT, value, math.nan, period, sentence, saddle_node=laws[0], connection=laws[1])
+        return BranchEnd(PERIOD_LIMIT, value, math.nan, period, sentence, saddle_node=saddle_node, connection=connection_law)
     unknown = BranchEnd(NOT_IDENTIFIED, value, math.nan, period, f"at {name} = {value_text} it is not identified: {reason}")
     return by_law or unknown
 
 
-def _end_from_growth(cycles: Cycles, here: Cycle, grown: Growth, reason: str) -> BranchEnd:
+def _end_by_law(cycles: Cycles, here: Cycle, laws: tuple[PeriodLaw, PeriodLaw], reason: str) -> BranchEnd:
     """Return the end of a branch whose period grows, by the law of its growth."""
-    name, law = cycles.equations.parameter_names[-1], grown.better
-    make_end = partial(BranchEnd, saddle_node=grown.saddle_node, connection=grown.connection)
+    name, law = cycles.equations.parameter_names[-1], better_law(laws)
+    make_end = partial(BranchEnd, saddle_node=laws[0], connection=laws[1])
     clean = partial(significant_value, bounds=cycles.bounds)
     places, beyond = _slow_places(cycles, here), "the period grows beyond all bounds, as"
-    holds = _holds(grown)
-    if holds and law is grown.saddle_node:
+    holds = _holds(laws)
+    if holds and law.name == SADDLE_NODE:
         fold = _fold(cycles, here, places)
         if fold is not None and _agree(fold.parameter, law, here.parameter):
             description = f"{law.factor:.5g}/sqrt|{name} - {name}*|: equilibria appear on the orbit, a saddle-node"
@@ -180,10 +180,10 @@ def _end_from_growth(cycles: Cycles, here: Cycle, grown: Growth, reason: str) ->
     return make_end(NOT_IDENTIFIED, here.parameter, math.nan, here.period, sentence)
 
 
-def _holds(grown: Growth) -> bool:
+def _holds(laws: tuple[PeriodLaw, PeriodLaw]) -> bool:
     """True if the better law fits, and the other one by far not as well."""
-    law, residuals = grown.better, (grown.saddle_node.residual, grown.connection.residual)
-    return law.residual < _FITS[law.name] and max(residuals) > _BETTER * law.residual and law.factor > 0
+    law, worst = better_law(laws), max(one.residual for one in laws)
+    return law.residual < _FITS[law.name] and worst > _BETTER * law.residual and law.factor > 0
 
 
 def _unresolved_connection(cycles: Cycles, values: np.ndarray, periods: np.ndarray, last: Sequence[Cycle]) -> BranchEnd | None:

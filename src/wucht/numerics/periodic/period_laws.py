@@ -8,7 +8,7 @@ Theory", Springer 2004, sections 6.2 and 7.1.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -40,25 +40,17 @@ class PeriodLaw:
     residual: float
 
 
-@dataclass(frozen=True)
-class Growth:
-    """Both laws, fitted to the same orbits. orbits: their number."""
-
-    saddle_node: PeriodLaw
-    connection: PeriodLaw
-    orbits: int
-
-    @property
-    def better(self) -> PeriodLaw:
-        """Law with the smaller residual."""
-        return min((self.saddle_node, self.connection), key=lambda law: law.residual)
+def better_law(laws: Iterable[PeriodLaw]) -> PeriodLaw:
+    """Return the law with the smaller residual."""
+    return min(laws, key=lambda law: law.residual)
 
 
-def growth(values: np.ndarray, periods: np.ndarray) -> Growth | None:
+def laws_of_growth(values: np.ndarray, periods: np.ndarray) -> tuple[PeriodLaw, PeriodLaw] | None:
     """Fit the laws by which the periods (N,) grow at the end of a branch, given the parameter's values (N,).
 
-    They are fitted to the last orbits that differ from the very last one by more than rounding, over which the period grows by
-    a factor: that at which one of the laws fits best. None where there are too few.
+    The first law is that of a saddle-node, the second that of a connection. They are fitted to the last orbits that differ from
+    the very last one by more than rounding, over which the period grows by a factor: that at which one of the laws fits best.
+    None where there are too few.
     """
     apart, size = np.abs(values - values[-1]), float(max(np.abs(values).max(), np.ptp(values)))
     monotone = np.empty(0, int)
@@ -72,23 +64,17 @@ def growth(values: np.ndarray, periods: np.ndarray) -> Growth | None:
         return None
     scatter = float(apart[monotone[-1] + 1 :].max(initial=0.0)) if apart[monotone[-1]] < _LATE * size else 0.0
     windows = [monotone[periods[monotone] >= periods[monotone[-1]] / factor] for factor in _WINDOWS]
-    fits = [_fit_laws(values[w], periods[w], float(values[-1])) for w in windows if len(w) >= _FEWEST]
+    last = float(values[-1])
+    fits = [[_law(name, values[w], periods[w], last) for name in _SHAPES] for w in windows if len(w) >= _FEWEST]
     if not fits:
         return None
-    best = min(fits, key=lambda fit: fit.better.residual)
+    best = min(fits, key=lambda laws: better_law(laws).residual)
 
-    def with_error(law: PeriodLaw) -> PeriodLaw:
-        critical_values = [getattr(fit, law.name.replace("-", "_")).critical for fit in fits]
-        return replace(
-            law, error=max(_PRECISION * size, scatter, *(abs(critical - law.critical) for critical in critical_values))
-        )
+    def with_error(k: int) -> PeriodLaw:
+        distances = (abs(laws[k].critical - best[k].critical) for laws in fits)
+        return replace(best[k], error=max(_PRECISION * size, scatter, *distances))
 
-    return Growth(with_error(best.saddle_node), with_error(best.connection), best.orbits)
-
-
-def _fit_laws(values: np.ndarray, periods: np.ndarray, last: float) -> Growth:
-    saddle_node, connection = (_law(name, values, periods, last) for name in _SHAPES)
-    return Growth(saddle_node, connection, len(values))
+    return with_error(0), with_error(1)
 
 
 def _law(name: str, values: np.ndarray, periods: np.ndarray, last: float) -> PeriodLaw:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,8 +13,8 @@ from wucht.numerics.phase_plane.closed_curves import ClosedCurve, Lap, closed_cu
 from wucht.numerics.phase_plane.fixed_points import SADDLE, FixedPoint
 from wucht.numerics.phase_plane.plane import PASSED_TIME, Plane
 
-FIXED_POINT, CLOSED_CURVE, OUTSIDE_WINDOW, LENGTH, TIME_UP, REST_STATE, FAILURE, KINKS = (
-    "fixed point", "closed curve", "left the window", "length", "time", "at rest", "failed", "too many kinks",
+FIXED_POINT, CLOSED_CURVE, OUTSIDE_WINDOW, LENGTH, REST_STATE, FAILURE, KINKS = (
+    "fixed point", "closed curve", "left the window", "length", "at rest", "failed", "too many kinks",
 )  # fmt: skip
 
 _LEG, _SPACING = 0.25, 1e-3  # of the window: length of a leg, and distance of samples
@@ -41,7 +41,7 @@ class PhaseCurve:
         Elapsed time, negative where it was followed backwards.
     forwards : bool
     end : str
-        One of ``FIXED_POINT``, ``CLOSED_CURVE``, ``OUTSIDE_WINDOW``, ``LENGTH``, ``TIME_UP``, ``REST_STATE``, ``FAILURE``,
+        One of ``FIXED_POINT``, ``CLOSED_CURVE``, ``OUTSIDE_WINDOW``, ``LENGTH``, ``REST_STATE``, ``FAILURE``,
         ``KINKS``.
     index : int
         Index of the fixed point or closed curve at which it ends, -1 for another end.
@@ -60,30 +60,17 @@ class PhaseCurve:
     length: float = 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class _End:
-    """End of a curve: the number of samples before, and a last state (2, 1) with its time."""
-
-    end: str
-    count: int
-    index: int
-    gap: float
-    state: np.ndarray
-    time: float
-
-
 @dataclass(eq=False)
 class Portrait:
     """Fixed points and closed curves of a phase plane, collected while curves are followed in it.
 
-    points: its fixed points. closed_curves: those at which curves have ended; grows. most_length, most_time: of a curve, in
-    units of the window and of time. check: called now and then; an exception that it raises ends the search.
+    points: its fixed points. closed_curves: those at which curves have ended; grows. most_length: of a curve, in units of the
+    window. check: called now and then; an exception that it raises ends the search.
     """
 
     plane: Plane
     points: Sequence[FixedPoint]
     most_length: float = 60.0
-    most_time: float = np.inf
     closed_curves: list[ClosedCurve] = field(default_factory=list)
     check: Callable[[], None] | None = None
 
@@ -101,11 +88,8 @@ class Portrait:
             first = states.shape[1]
             states = np.concatenate([states, run.states[:, 1:]], axis=1)
             time = np.concatenate([time, time[-1] + way * run.quadratures[PASSED_TIME][1:]])
-            if (curve_end := self._end(states, time, first, forwards)) is not None:
-                states = np.concatenate([states[:, : curve_end.count], curve_end.state], axis=1)
-                time = np.append(time[: curve_end.count], curve_end.time)
-                length += plane.length(states[:, first - 1 :])
-                return PhaseCurve(states, time, forwards, curve_end.end, curve_end.index, curve_end.gap, length)
+            if (curve := self._ended_curve(states, time, first, forwards)) is not None:
+                return replace(curve, length=length + plane.length(curve.states[:, first - 1 :]))
             leg_length = plane.length(states[:, first - 1 :])
             length += leg_length
             lap, end, index, gap = last_lap(plane, states, time), "", -1, 0.0
@@ -115,8 +99,8 @@ class Portrait:
                 end, index, gap = self._rest(states[:, -1])
             elif lap is not None and lap.gap < near and (closed_end := self._match_closed_curve(lap, forwards)) is not None:
                 end, (index, gap) = CLOSED_CURVE, closed_end
-            elif length >= self.most_length or abs(time[-1]) >= self.most_time:
-                end = LENGTH if length >= self.most_length else TIME_UP
+            elif length >= self.most_length:
+                end = LENGTH
             if end:
                 return PhaseCurve(states, time, forwards, end, index, gap, length)
             near = min(near, lap.gap) / 2 if lap is not None and lap.gap < near else near
@@ -132,23 +116,28 @@ class Portrait:
             return FIXED_POINT, int(np.argmin(away)), min(away)
         return REST_STATE, -1, 0.0
 
-    def _end(self, states: np.ndarray, time: np.ndarray, first: int, forwards: bool) -> _End | None:
-        """Return the end of the curve among its samples from ``first`` on; None where it does not end there."""
-        plane, new = self.plane, states[:, first:]
-        ends: list[_End] = []
+    def _ended_curve(self, states: np.ndarray, time: np.ndarray, first: int, forwards: bool) -> PhaseCurve | None:
+        """Return the curve to its end among the samples from ``first`` on; None where it does not end there."""
+        plane, new, ended_curves = self.plane, states[:, first:], list[PhaseCurve]()
+
+        def add(count: int, state: np.ndarray, at: float, end: str, index: int, gap: float) -> None:
+            """Add the curve of so many samples and a last state (2, 1)."""
+            of_curve = np.concatenate([states[:, :count], state], axis=1), np.append(time[:count], at)
+            ended_curves.append(PhaseCurve(*of_curve, forwards, end, index, gap))
+
         outside = (((new < plane.low[:, None]) | (new > plane.high[:, None])) & (plane.turns == 0)[:, None]).any(axis=0)
         if outside.any():
             k = first + int(outside.argmax())
             share = _share_inside(plane, states[:, k - 1], states[:, k])
             border = states[:, k - 1] + share * (states[:, k] - states[:, k - 1])
-            ends.append(_End(OUTSIDE_WINDOW, k, -1, 0.0, border[:, None], float(time[k - 1] + share * (time[k] - time[k - 1]))))
+            add(k, border[:, None], float(time[k - 1] + share * (time[k] - time[k - 1])), OUTSIDE_WINDOW, -1, 0.0)
         for k, p in enumerate(self.points):
             away = plane.difference(new, p.state[:, None])
             i, gap = self._arrival(states, first, k, away, forwards)
             if i >= 0:
                 end_state = new[:, i : i + 1] - (away[:, i] * plane.scale)[:, None]
-                ends.append(_End(FIXED_POINT, first + i + 1, k, gap, end_state, float(time[first + i])))
-        return min(ends, key=lambda f: f.count, default=None)
+                add(first + i + 1, end_state, float(time[first + i]), FIXED_POINT, k, gap)
+        return min(ended_curves, key=lambda curve: len(curve.time), default=None)
 
     def _arrival(self, states: np.ndarray, first: int, k: int, away: np.ndarray, forwards: bool) -> tuple[int, float]:
         """Return the first new sample from which a curve goes to a fixed point, else -1. away: (2, N), from that point."""

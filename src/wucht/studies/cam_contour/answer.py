@@ -20,7 +20,7 @@ from wucht.cams.shape import (
     least_convex_radius,
     pressure_angle_remarks,
 )
-from wucht.cams.sizing.size_limits import CamLimits, SizedCam
+from wucht.cams.sizing.size_limits import CamLimits, SmallestCam
 from wucht.cams.undercut import RadiusAt
 from wucht.cams.workshop.points import PointList
 from wucht.errors import InputError, RunError
@@ -226,7 +226,7 @@ _SMALLEST_PARTS = {
 }
 
 
-def state_smallest_cam(a: Answer, smallest: SizedCam | RunError | None) -> None:
+def state_smallest_cam(a: Answer, smallest: SmallestCam | RunError | None) -> None:
     """State the smallest cam, if limits that determine it are given and one was found."""
     size = None if smallest is None or isinstance(smallest, RunError) else smallest.summary()
     a.number("smallest", size, "smallest cam within the permitted limits", parts=_SMALLEST_PARTS)
@@ -240,7 +240,7 @@ def state_smallest_cam(a: Answer, smallest: SizedCam | RunError | None) -> None:
     a.line("smallest cam", f"{follower}: base circle {length_text(size['base_radius'])}{angle}, least radius {radius}")
 
 
-def warn_of_smallest_cam(a: Answer, cams: DriveCams, smallest: SizedCam | RunError | None) -> None:
+def warn_of_smallest_cam(a: Answer, cams: DriveCams, smallest: SmallestCam | RunError | None) -> None:
     """Warn where there is no smallest cam, or obstacles to making it."""
     if isinstance(smallest, RunError):
         a.warn(f"no smallest cam: {smallest}")
@@ -249,7 +249,7 @@ def warn_of_smallest_cam(a: Answer, cams: DriveCams, smallest: SizedCam | RunErr
         a.warn(*anew)
         try:
             for cam in replace(cams.drive, follower=follower).make_cams(cams.law).values():
-                if not smallest.whole:
+                if smallest.face is None:  # a face's least radius shows that nothing is cut away
                     cam.check(format_millimetres)
         except InputError as error:
             a.warn(f"the smallest permitted cam cannot be made: {error.explanation}")

@@ -10,7 +10,6 @@ import numpy as np
 from pydantic import Field
 
 from wucht.cams.cam import Cam
-from wucht.cams.cam_curves import CamCurves
 from wucht.cams.contact_history import ContactHistory, ContactLoad, contact_history, dense_contact_history
 from wucht.cams.drive import CamDrive
 from wucht.cams.drive_cams import DriveCams
@@ -18,7 +17,7 @@ from wucht.cams.followers.follower import Follower
 from wucht.cams.laws import Law
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.shape import Shape, shapes
-from wucht.cams.sizing.size_limits import CamLimits, Size, SizedCam
+from wucht.cams.sizing.size_limits import CamLimits, Size, SmallestCam
 from wucht.cams.tables.contact_table import Contact
 from wucht.cams.workshop.points import SPACING, rounding_warning
 from wucht.dynamics.work import Work
@@ -38,7 +37,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-Prepared = tuple[DriveCams, dict[str, Shape], ContactLoad | None, SizedCam | RunError | None]
+Prepared = tuple[DriveCams, dict[str, Shape], ContactLoad | None, SmallestCam | RunError | None]
 
 
 class CamContour(Study):
@@ -139,7 +138,7 @@ class CamContour(Study):
             raise InputError("study.speed", None, requirement)
         return ContactLoad(load, shaft.speed_over_angle, shaft.mean, contact.share, contact.width, contact.materials)
 
-    def _smallest_cam(self, follower: Follower, law: Law) -> SizedCam | RunError | None:
+    def _smallest_cam(self, follower: Follower, law: Law) -> SmallestCam | RunError | None:
         """Return the smallest cam, the reason why none was found, or None where no limit is given that determines it.
 
         Without a permitted least radius no undercut is allowed; without a shaft radius the base circle must not be negative.
@@ -165,10 +164,10 @@ class CamContour(Study):
             a.warn(f"contact forces are those of the lever alone: study.contact.{key} adds what the linkage moves")
         answer.warn_of_smallest_cam(a, cams, smallest)
         work.report(0.0, "contours")
-        curves = [CamCurves.of(cam, angles) for cam in cams.cams.values()]
         a.curve("cam", list(cams.cams), "cam")
         a.curve("cam_angle", angles, "cam angle", "rad")
-        state_cam_curves(a, list(CURVES), curves, "cam cam_angle", len(curves), len(angles))
+        every = [*cams.cams.values()]
+        state_cam_curves(a, CURVES, every, angles, "cam cam_angle", (len(every), len(angles)))
         work.report(0.3, "points to mill")
         points = mill_points(cams.cams, self.chord_tolerance, self.spacing) if is_whole else {}
         for name, of_cam in points.items():

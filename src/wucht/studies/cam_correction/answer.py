@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from wucht.cams.corrected_contours import CheckedContour, Proof
-from wucht.cams.correction import Deviation, LeftOut, MotionOverTime, Purity, residual_of_all
+from wucht.cams.correction import Deviation, MotionOverTime, Purity, residual_of_all
 from wucht.cams.drive import CamDrive
 from wucht.cams.drive_cams import DriveCams
 from wucht.cams.dwells import dwells_of, position_error
@@ -16,6 +16,7 @@ from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.shape import CAM_LABELS, Shape, largest_pressure_angle, least_convex_radius, pressure_angle_remarks
 from wucht.cams.undercut import RadiusAt
 from wucht.cams.workshop.heading import CAM_VERSIONS
+from wucht.measurements.order_checks import OmittedOrder
 from wucht.measurements.shaft_signal import TURN
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.studies.answer import Answer
@@ -163,7 +164,7 @@ def state_purity(
     purity: Purity,
     deviations: Sequence[Deviation],
     shares: Sequence[float],
-    left_out: Sequence[LeftOut],
+    left_out: Mapping[OmittedOrder, float],
     point_count: int,
 ) -> None:
     """State the verdict: orders above N after the correction and before it, and those obtained from points of the contour."""
@@ -199,17 +200,17 @@ def state_residuals(a: Answer, shares: Mapping[str, float]) -> None:
 
 def state_contours(
     a: Answer,
-    corrected: DriveCams,
+    cam_pair: tuple[DriveCams, DriveCams],
     before: Mapping[str, CheckedContour],
     after: Mapping[str, CheckedContour],
     follower_unit: str,
-    point_count: int,
+    angles: np.ndarray,
     chord_tolerance: float,
 ) -> None:
-    """State the contours of both versions, their sizes, and what to check of them."""
-    contours, cams = [*before.values(), *after.values()], corrected.cams
-    sizes = len(CAM_VERSIONS), len(cams)
-    state_cam_curves(a, _CURVES, [one.curves for one in contours], "version cam cam_angle", *sizes, point_count)
+    """State the contours of the original and the corrected cams at cam angles (N,), their sizes, and what to check of them."""
+    contours, cams, point_count = [*before.values(), *after.values()], cam_pair[1].cams, len(angles)
+    sizes, both = (len(CAM_VERSIONS), len(cams)), [cam for version in cam_pair for cam in version.cams.values()]
+    state_cam_curves(a, _CURVES, both, angles, "version cam cam_angle", (*sizes, point_count))
     distance = np.array([contour.displacement for contour in after.values()]).reshape(len(cams), point_count)
     a.curve("moved", distance, "corrected contour, outwards", "m", "cam cam_angle")
     for name, what, get_size in _SIZES:

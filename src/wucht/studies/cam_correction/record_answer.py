@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 
 import numpy as np
 
-from wucht.cams.correction import LeftOut, residual_of_all, residual_of_errors
+from wucht.cams.correction import residual_of_all, residual_of_errors
 from wucht.cams.drive import CamDrive
 from wucht.cams.measured_acceleration import MeasuredAcceleration
 from wucht.cams.shaft_motion import ShaftMotion
+from wucht.measurements.order_checks import OmittedOrder
 from wucht.measurements.order_fit import OrderFit
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.studies.answer import Answer
@@ -27,7 +28,7 @@ _SAMPLES = 3000  # of a record, shown in the figure
 _RPM = 30 / math.pi
 
 
-def state_record(a: Answer, drive: CamDrive, left_out: Sequence[LeftOut], residuals: Mapping[str, float]) -> None:
+def state_record(a: Answer, drive: CamDrive, left_out: Mapping[OmittedOrder, float], residuals: Mapping[str, float]) -> None:
     """State the fit to the record of the speed, what its errors and the orders that are left out leave, and what to check.
 
     residuals: under deviating conditions.
@@ -50,7 +51,8 @@ def state_record(a: Answer, drive: CamDrive, left_out: Sequence[LeftOut], residu
         share = residual_of_all(left_out)
         a.number("left_by_left_out", share, "residual due to the orders left out, as a share")
         parts = {"amplitude": ("amplitude of the speed", "rad/s"), "error": ("standard error of the amplitude", "rad/s")}
-        a.number("left_out", [asdict(one) for one in left_out], "orders left out", parts=parts)
+        rows = [asdict(one) | {"share": residual} for one, residual in left_out.items()]
+        a.number("left_out", rows, "orders left out", parts=parts)
     rest = f"{math.degrees(fit.residual_rms):.3g}°" if fit.unit == "rad" else f"{_RPM * fit.residual_rms:.3g} rpm"
     omitted_clause = f"the orders left out {_about(share)}" if left_out else "no order left out matters"
     a.line(
@@ -61,8 +63,8 @@ def state_record(a: Answer, drive: CamDrive, left_out: Sequence[LeftOut], residu
     mean = drive.shaft_motion.mean
     sizes = (
         f"order {one.order} ({_RPM * one.amplitude:.3g} rpm, {percent_text(one.amplitude / mean)} of the speed), which leaves "
-        f"{percent_text(one.share)}"
-        for one in left_out[:_FEW]
+        f"{percent_text(residual)}"
+        for one, residual in [*left_out.items()][:_FEW]
     )
     if left_out:
         a.line("left out", "; ".join(sizes))
@@ -105,7 +107,7 @@ def warn_of_measurement(a: Answer, measurement: MeasuredAcceleration | None, cam
         a.warn(
             f"The measured acceleration repeats at {measurement.ratio:.5g} times the mean speed of the shaft: check the speed."
         )
-    if (share := measurement.comparison.share) < _LITTLE:
+    if (share := measurement.share) < _LITTLE:
         a.warn(
             f"The motion computed for the {cam} cam explains {100 * max(share, 0.0):.0f} % of the measured acceleration: "
             "check its sign and unit (keys scale and unit), and that both records have one clock, or give "
@@ -113,7 +115,7 @@ def warn_of_measurement(a: Answer, measurement: MeasuredAcceleration | None, cam
         )
     if measurement.enough_orders is not None:
         a.warn(
-            f"Only {measurement.comparison.measured_orders.count} orders are fitted to the measured acceleration; the computed "
+            f"Only {measurement.measured_orders.count} orders are fitted to the measured acceleration; the computed "
             f"motion has {100 * measurement.share_above:.0f} % of its root mean square above them. The residual is not noise, "
             f"and the speed of repetition is uncertain: take study.acceleration.orders = {measurement.enough_orders}."
         )
@@ -144,7 +146,7 @@ def state_measurement(
     per, what = f"{unit}/s^2", "measured acceleration, and the explained share"
     record_orders = computed_orders = FourierSeries.of(math.nan)
     if measurement is not None:
-        record_orders, computed_orders = measurement.comparison.measured_orders, measurement.comparison.computed_orders
+        record_orders, computed_orders = measurement.measured_orders, measurement.computed_orders
     over_time = record_orders(tau) - record_orders.mean if record_orders.count else tau + math.nan
     sample_tau, samples = (np.zeros(0), np.zeros(0)) if measurement is None else measurement.folded_samples(_SAMPLES)
     a.curve("measured_acceleration", over_time, "measured acceleration, orders fitted", per, "tau")
@@ -156,8 +158,8 @@ def state_measurement(
     if measurement is None:
         a.number("measured", None, what)
         return
-    share, noise, count = measurement.comparison.share, measurement.noise, record_orders.count
-    explained_share = measurement.explained_share(share)
+    share, noise, count = measurement.share, measurement.noise, record_orders.count
+    explained_share = measurement.share_of_record(share)
     rms = math.sqrt(float((record_orders.amplitudes**2).sum()) / 2 + noise**2)
     delay, without = measurement.delay or (None, None)
     with a.group("measured", what):

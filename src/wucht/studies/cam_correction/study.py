@@ -113,12 +113,12 @@ class CamCorrection(Study):
         examined_count = self._examined_orders(purity)
         last_order = min(last_order_above(spectra[0].amplitudes), MOST_ORDERS)
         is_chosen = self.orders is not None or purity.count is None  # infinitely many do not fit a figure
-        fitted_count = 0 if measurement is None else measurement.comparison.measured_orders.count
+        fitted_count = 0 if measurement is None else measurement.measured_orders.count
         shown_count = max(examined_count, fitted_count, 0 if is_chosen else last_order)
         proofs = dict[str, Proof]()
-        for i, (name, contour) in enumerate(after.items()):
+        for i, (name, corrected_cam) in enumerate(corrected.cams.items()):
             work.report(0.8 + 0.2 * i / len(after), f"motion from the points of the corrected {CAM_LABELS[name]}")
-            count, points = max(shown_count, 3 * (purity.count or 0)), contour.curves.contour
+            count, points = max(shown_count, 3 * (purity.count or 0)), corrected_cam.contour(angles)
             prove = partial(Proof.of, corrected, shaft, name, points, self.decimals, count)
             proofs[name] = work.unit(f"proof of {name}", prove)
         a.curve("version", list(CAM_VERSIONS), "cam")
@@ -151,7 +151,7 @@ class CamCorrection(Study):
         answer.state_purity(a, purity, deviations, proof_shares, left_out, self.points)
         answer.state_residuals(a, of_conditions)
         record_answer.state_speed_orders(a, shaft, fit)
-        answer.state_contours(a, corrected, before, after, follower_unit, self.points, self.chord_tolerance)
+        answer.state_contours(a, cam_pair, before, after, follower_unit, angles, self.chord_tolerance)
         record_answer.state_measurement(a, measurement, cam, shaft, tau, unit, shown_count)
         yield a
 

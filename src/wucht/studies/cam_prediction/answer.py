@@ -9,10 +9,10 @@ from dataclasses import asdict
 import numpy as np
 
 from wucht.cams.confirmation import Confirmation
-from wucht.cams.correction import Purity, compare_orders
+from wucht.cams.correction import Purity, best_delay
 from wucht.cams.driven_camshaft import DrivenCamshaft, ShaftPrediction
 from wucht.cams.elastic_output import ElasticOutput
-from wucht.cams.elasticity import Twists, Vibrations
+from wucht.cams.elasticity import Twist, Vibrations
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.numerics.fourier_series import even_angles
 from wucht.studies.answer import Answer
@@ -119,10 +119,7 @@ def state_speed_record(a: Answer, record: ShaftMotion | None, predictions: Predi
         return {}
     a.curve("measured_speed", record.speed(tau), "measured speed of the shaft, orders fitted", "rad/s", "tau")
     is_even = not record.speed.amplitudes.any()
-    shares = {
-        name: 0.0 if is_even else compare_orders(record.speed, one.shaft.speed).best_delay[1]
-        for name, one in predictions.items()
-    }
+    shares = {name: 0.0 if is_even else best_delay(record.speed, one.shaft.speed)[1] for name, one in predictions.items()}
     with a.group("record", what):
         a.number("mean_speed", record.mean, "mean speed of the record", "rad/s")
         a.number("fluctuation", record.fluctuation, "its fluctuation as a share of its mean")
@@ -221,15 +218,14 @@ def state_output(a: Answer, output: ElasticOutput | None, vibrations: Vibrations
     if output is None or vibrations is None:
         a.number("output", None, what)
         return
-    sweeps, excitations, over = vibrations.sweeps, vibrations.excitations, "lever swept_speed"
+    excitations, over = vibrations.excitations, "lever swept_speed"
     deviation, acceleration = "deviation in the dwell", "acceleration in the dwell"
     a.curve("lever", list(vibrations.names), "cam")
-    a.curve("swept_speed", sweeps[0].speeds, "mean speed", "rad/s")
-    a.curve("residual_deviation", [sweep.deviation for sweep in sweeps], deviation, unit, over)
-    a.curve("residual_acceleration", [sweep.acceleration for sweep in sweeps], acceleration, per, over)
-    corrected_sweep = sweeps[1]
-    a.curve("resonance_order", corrected_sweep.orders, "order at resonance with the natural frequency", "", "resonance")
-    a.curve("resonance_speed", corrected_sweep.resonances, "mean speed at that resonance", "rad/s", "resonance")
+    a.curve("swept_speed", vibrations.speeds, "mean speed", "rad/s")
+    a.curve("residual_deviation", vibrations.deviation, deviation, unit, over)
+    a.curve("residual_acceleration", vibrations.acceleration, acceleration, per, over)
+    a.curve("resonance_order", vibrations.orders, "order at resonance with the natural frequency", "", "resonance")
+    a.curve("resonance_speed", vibrations.resonances, "mean speed at that resonance", "rad/s", "resonance")
     a.curve("excited", [e.name for e in excitations], "motion of the lever")
     parts = {"deviation": (deviation, unit), "acceleration": (acceleration, per)}
     parts["peak"] = "largest acceleration of the output", per
@@ -247,23 +243,23 @@ def state_output(a: Answer, output: ElasticOutput | None, vibrations: Vibrations
             a.line("", f"{_deviation_text(e.deviation, unit)}: {{name}}", name=e.name)
 
 
-def state_twists(a: Answer, purity: Purity, twists: Twists | None, has_elastic_output: bool) -> None:
+def state_twists(a: Answer, purity: Purity, twists: Sequence[Twist] | None, has_elastic_output: bool) -> None:
     """State the motion of cams behind an elastic shaft; no variables where it is rigid."""
     parts = {"above": (purity.name, ""), "torque": ("largest torque in the shaft", "N m"), "twist": ("largest twist", "rad")}
-    rows = None if twists is None else [asdict(one) for one in twists.cams]
+    rows = None if twists is None else [asdict(one) for one in twists]
     a.number("shaft", rows, "elastic shaft, each cam", parts=parts)
     if twists is None:
         return
-    cams, over = twists.cams, "twisted"
-    a.curve("twisted", np.array([one.name for one in cams], dtype=np.str_), "cam on the elastic shaft")
-    a.curve("twist_residual", [one.above for one in cams], purity.name, "", over)
-    a.curve("twist_torque", [one.torque for one in cams], "largest torque in the shaft", "N m", over)
-    a.curve("twist_angle", [one.twist for one in cams], "largest twist", "rad", over)
-    for one in cams:
+    over = "twisted"
+    a.curve("twisted", np.array([one.name for one in twists], dtype=np.str_), "cam on the elastic shaft")
+    a.curve("twist_residual", [one.above for one in twists], purity.name, "", over)
+    a.curve("twist_torque", [one.torque for one in twists], "largest torque in the shaft", "N m", over)
+    a.curve("twist_angle", [one.twist for one in twists], "largest twist", "rad", over)
+    for one in twists:
         twist = f"twists by {math.degrees(one.twist):.3g}°, {one.torque:.4g} N m"
         residual = f"{_orders_text(purity)} {_share_text(one.above)} of order {purity.reference}"
         a.line("shaft", f"{twist}, {residual}: {one.name}")
-    if has_elastic_output and cams:
+    if has_elastic_output and twists:
         a.line("springs", "of output and shaft: each is computed with the other rigid")
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from wucht.cams.confirmation import Confirmation
 from wucht.cams.correction import Purity
 from wucht.cams.driven_camshaft import DrivenCamshaft, ShaftPrediction
-from wucht.cams.elasticity import RIGID_SHAFT_CAM, TWIST_CAM, Twists
+from wucht.cams.elasticity import RIGID_SHAFT_CAM, TWIST_CAM, Twist
 from wucht.cams.prediction import unresolved_share
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.studies.answer import Answer
@@ -28,7 +28,7 @@ def state_prediction_verdict(
     camshaft: DrivenCamshaft,
     predictions: Predictions,
     confirmations: Sequence[Confirmation],
-    twists: Twists | None,
+    twists: Sequence[Twist] | None,
     largest_power: float,
 ) -> None:
     """State whether the corrected cam is clean. largest_power: of the drive, with this cam."""
@@ -81,11 +81,11 @@ def _order_share_text(purity: Purity, share: float) -> str:
     return f"{share_text if share > _CLEAN else 'nothing'} in orders above {purity.count}"
 
 
-def _twist_text(purity: Purity, twists: Twists | None) -> str:
+def _twist_text(purity: Purity, twists: Sequence[Twist] | None) -> str:
     """Return the residual of the corrected cam behind an elastic shaft in a sentence, empty where it does not matter."""
     if twists is None:
         return ""
-    residuals = {one.name: one.above for one in twists.cams}
+    residuals = {one.name: one.above for one in twists}
     residual = residuals.get(RIGID_SHAFT_CAM, math.inf)
     if residual <= _TWIST_LIMIT:
         return ""
@@ -165,15 +165,13 @@ def warn_of_record(a: Answer, record: ShaftMotion | None, shares: dict[str, floa
         )
 
 
-def warn_of_twists(a: Answer, purity: Purity, twists: Twists | None) -> None:
-    """Warn where the cam for the rigid shaft is not clean behind the elastic one, if there is one."""
-    if twists is None:
-        return
-    for one in twists.cams:
+def warn_of_twists(a: Answer, purity: Purity, twists: Iterable[Twist], notes: Iterable[str]) -> None:
+    """Warn where the cam for the rigid shaft is not clean behind the elastic one. notes: reasons for cams without a motion."""
+    for one in twists:
         if one.name == RIGID_SHAFT_CAM and one.above > _TWIST_LIMIT:
             residual = _order_share_text(purity, one.above)
             a.warn(f"elastic shaft: the cam for the rigid shaft, that of this result, leaves {residual}")
-    a.warn(*twists.notes)
+    a.warn(*notes)
 
 
 def _percent_text(share: float) -> str:

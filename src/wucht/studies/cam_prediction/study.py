@@ -17,7 +17,7 @@ from wucht.cams.driven_camshaft import DrivenCamshaft
 from wucht.cams.dwells import dwells_of
 from wucht.cams.elastic_output import Dwell, ElasticOutput
 from wucht.cams.elastic_shaft import ElasticShaft
-from wucht.cams.elasticity import Twists, Vibrations, twists, vibrations
+from wucht.cams.elasticity import Vibrations, cam_twists, vibrations
 from wucht.cams.laws import Law
 from wucht.cams.prediction import CamShaft
 from wucht.cams.shaft_motion import ShaftMotion
@@ -115,13 +115,13 @@ class CamPrediction(Study):
         confirmations = _confirmations(camshaft.shaft, ((law, original.shaft), (cam, motion)), turns, work)
         work.report(_SIMULATIONS_END, "springs")
         output_vibrations: Vibrations | None = None
-        shaft_twists: Twists | None = None
+        twists, twist_notes = None, tuple[str, ...]()
         if output is not None:
             vibrate = partial(vibrations, output, motion_law, original.shaft, motion, dwells, speeds)
             output_vibrations = work.unit("output", vibrate)
         if twisting is not None:
-            inertia = camshaft.shaft.output_inertia
-            shaft_twists = work.unit("twist", lambda: twists(twisting, law, camshaft.purity, inertia, original.shaft, motion))
+            twist = partial(cam_twists, twisting, camshaft.shaft.output_inertia, camshaft.purity, original.shaft, motion)
+            twists, twist_notes = work.unit("twist", twist)
         a, purity, unit = Answer(), camshaft.purity, motion_law.unit
         predictions = {"original": original, "corrected": corrected}
         shown_count = min(max(3 * (motion_law.count or self.orders), _FEWEST), _MOST)
@@ -139,13 +139,13 @@ class CamPrediction(Study):
         contraction = answer.state_cuts(a, purity, cuts)
         answer.state_simulation(a, purity, self.simulate, confirmations, predictions, unit, shown_count)
         answer.state_output(a, output, output_vibrations, unit)
-        answer.state_twists(a, purity, shaft_twists, output is not None)
-        verdict.state_prediction_verdict(a, camshaft, predictions, confirmations, shaft_twists, powers["corrected"]["peak"])
+        answer.state_twists(a, purity, twists, output is not None)
+        verdict.state_prediction_verdict(a, camshaft, predictions, confirmations, twists, powers["corrected"]["peak"])
         verdict.warn_of_cutting(a, camshaft, contraction, failure)
         verdict.warn_of_motions(a, predictions, confirmations)
         a.warn(*(output_vibrations.notes if output_vibrations is not None else ()))
         verdict.warn_of_record(a, record, shares, predictions)
-        verdict.warn_of_twists(a, purity, shaft_twists)
+        verdict.warn_of_twists(a, purity, twists or (), twist_notes)
         is_rigid = output is None and twisting is None
         a.assume(
             "rigid parts" if is_rigid else "elastic parts where stiffnesses are given",
