@@ -22,7 +22,7 @@ def measure() -> Iterator[tuple[str, str]]:
     asked = RunUp(until=20.0, start={"p1": 0.3, "p2": -0.5})
     run(asked, machine)
     (first,) = asked.prepare(machine)
-    motion, case = _motion(first.run), first.run
+    motion, case = _motion(first.case), first.case
     initial, values, grid = case.models[0].initial, case.models[0].parameter_values, motion.trajectory.time
     alone = best(lambda: integrate(motion.compiled_system, initial, values, grid, None, case.horizon.energy), 9)
     yield "integration alone", f"{1e3 * alone:8.2f} ms"

@@ -147,7 +147,7 @@ def _compute_result(
     watch = partial(Work(reporter=progress).report, 0.0, PREPARATION)
     prepared = spec.prepare_watched(subject, watch)
     refuse_numbers(spec.stored_numbers(prepared))
-    question = question_of(spec, subject)
+    question = question_of(spec, subject, description)
     memory, notes, untitled_question = UnitMemory(), list[str](), without_titles(question)
     if folder is not None:
         folder = prepare_folder(folder, [*files, *map(partial_name, files)])

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from wucht.dynamics.run_ups.motion_limits import MotionLimits, stored_samples_pe
 from wucht.dynamics.run_ups.neighbours import Neighbour
 from wucht.dynamics.run_ups.run_up import Motion
 from wucht.dynamics.verdicts.noise import Noise
+from wucht.dynamics.verdicts.observation import Rows
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.machines.machine import MISMATCH
@@ -26,16 +26,12 @@ from wucht.machines.operation import natural_frequencies
 from wucht.numerics.observers.records import smooth_weights
 from wucht.numerics.zeros_and_peaks import extremes
 from wucht.results.formatting import number_text
-from wucht.results.quantities import dataset_from_quantities
 from wucht.studies.answer import Answer
 from wucht.studies.bearing_variables import force_text, state_lives, state_loads
 from wucht.studies.motion_variables import envelopes, motion_quantities
 from wucht.studies.run_up.chance import differing_numbers, state_chance
 from wucht.studies.run_up.combined_runs import printed_number, state_averaged
 from wucht.studies.starting_variables import start_warnings, state_starting_torques
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _FEWEST = 8  # samples
 _KEYS = ("free_speed", "peak_amplitude")  # variables that are keys of the summary
@@ -99,8 +95,8 @@ def _fill_motion(
     samples = stored_samples_per_turn(motion)
     limits = MotionLimits.of(motion) if samples < _FEWEST_A_TURN else None
     variables += [] if limits is None else envelopes(machine, motion.observation.main.last(1.0))
-    result = dataset_from_quantities(variables)
-    residual, noise = float(result.energy_residual.max()), Noise.of(motion.compiled_system.tolerance)
+    row = {q.name: np.asarray(np.nan if q.value is None else q.value) for q in variables}
+    residual, noise = _largest_residual(row), Noise.of(motion.compiled_system.tolerance)
     a.sentence, a.failure = verdict.sentence, trajectory.failure
     a.verdict = f"{str(verdict.outcome).upper()}: {verdict.sentence}"
     a.attribute(
@@ -112,11 +108,11 @@ def _fill_motion(
         end_state=trajectory.end_state,
     )
     _warn(a, motion, samples, residual)
-    depth = _state_end(a, motion, result, limits, noise, mark)
+    depth = _state_end(a, motion, row, limits, noise, mark)
     if hangs:
         a.number("start_state", hanging_words(machine), "start of the machine")
     state_starting_torques(a, machine.at(trajectory.end_time))
-    if natural_frequencies(machine.at(float(result.time.values[-1]))):
+    if natural_frequencies(machine.at(float(row["time"][-1]))):
         a.line("resonance", "{natural_frequencies}")
     amplitudes = (
         "{final_amplitude} at the end" + mark("final_amplitude") + ", {peak_amplitude} at most" + mark("peak_amplitude")
@@ -126,14 +122,14 @@ def _fill_motion(
     if motion.model.name == "full":
         lives = lives_at_end(machine, motion.machine_motion, verdict.window)
         loads = loads_at_end(machine, motion.machine_motion, verdict.window)
-        throw = _state_vibration(a, motion, result, noise, deck, mark)
+        throw = _state_vibration(a, motion, row, noise, deck, mark)
         is_shaken = throw is not None and throw.machine_number >= _GENTLE
         is_shown = bool(lives) or (len(loads) > 1 and is_shaken)
         of_loads = mark("steady_bearing_forces", "bearing_forces", "peak_bearing_forces")
         state_loads(a, {name: load.beyond(noise) for name, load in loads.items()}, is_shown, of_loads)
         state_lives(a, lives, mark("bearing_life", "equivalent_bearing_loads"))
     _tell_end(a, verdict, depth, mark)
-    numbers = dimensionless_numbers(machine.at(float(result.time.values[-1])))
+    numbers = dimensionless_numbers(machine.at(float(row["time"][-1])))
     if numbers and not machine.dimensionless:
         a.line("in numbers", ", ".join(f"{name} {value:.4g}" for name, value in numbers.items()))
     if motion.model.name == "full":
@@ -178,25 +174,22 @@ def _warn(a: Answer, motion: Motion, samples: float, residual: float) -> None:
         )
 
 
-def _window(result: xr.Dataset, verdict: Verdict) -> np.ndarray:
+def _window(time: np.ndarray, verdict: Verdict) -> np.ndarray:
     """True for the samples (N,) of the verdict."""
-    time = result.time.values
     inside: np.ndarray = (time >= verdict.window[0]) & (time <= verdict.window[1])
     inside[-1] |= not inside.any()
     return inside
 
 
-def _state_end(
-    a: Answer, motion: Motion, result: xr.Dataset, limits: MotionLimits | None, noise: Noise, mark: Mark
-) -> float | None:
+def _state_end(a: Answer, motion: Motion, row: Rows, limits: MotionLimits | None, noise: Noise, mark: Mark) -> float | None:
     """State the summary of the contract, and return the depth of the modulation.
 
     limits: where the variables of the result are too few samples of the motion.
     """
-    verdict, machine = motion.verdict, motion.case.machine.at(float(result.time.values[-1]))
-    evidence, modulation, inside = verdict.evidence, verdict.modulation, _window(result, verdict)
-    rotor = result.speed.sel(body=machine.rotor.name).values[inside]
-    envelope, (low, high) = result.amplitude.values[inside], limits.speeds if limits else extremes(rotor)
+    verdict, machine = motion.verdict, motion.case.machine.at(float(row["time"][-1]))
+    evidence, modulation, inside = verdict.evidence, verdict.modulation, _window(row["time"], verdict)
+    rotor = row["speed"][row["body"] == machine.rotor.name][0, inside]
+    envelope, (low, high) = row["amplitude"][inside], limits.speeds if limits else extremes(rotor)
     amplitudes = verdict.amplitudes or (limits.amplitudes if limits else None)
     values = amplitudes or [float(f(envelope)) for f in (np.mean, np.min, np.max)]
     amplitude, least, greatest = (noise.without(a, motion.observation.largest) for a in values)
@@ -207,7 +200,7 @@ def _state_end(
         weights = smooth_weights(len(rotor))
         mean = float(np.average(rotor, weights=weights if weights.any() else None))
     depth = (modulation.high - modulation.low) / (2 * abs(mean)) if modulation and mean else None
-    mismatch = float(result[MISMATCH][-1]) if MISMATCH in result else None
+    mismatch = float(row[MISMATCH][-1]) if MISMATCH in row else None
     length = machine.orbit_unit
     a.number("outcome", str(verdict.outcome), "outcome")
     a.number("final_speed", mean, "mean speed of the main rotor at the end", "speed", headline=True)
@@ -225,14 +218,14 @@ def _state_end(
     a.number("modulation_period", modulation and modulation.period, "period of the modulation", "time")
     a.number("modulation_period_phi", modulation and modulation.period_angle, "angle of the rotor in that period", "rad")
     a.number("modulation_depth", depth, "share of the mean speed by which it is modulated to either side")
-    a.number("energy_residual", float(result.energy_residual.max()), "largest relative error of the energy balance")
+    a.number("energy_residual", _largest_residual(row), "largest relative error of the energy balance")
     a.number("damper_mismatch", mismatch, "relative mismatch of damper torques that are not reciprocal")
     a.number("resonance_speed", evidence.resonance, "speed of the largest vibration torque", "speed")
     a.number("natural_frequencies", natural_frequencies(machine), "natural frequencies by mode", "speed")
     a.number("dimensionless", dimensionless_numbers(machine), "dimensionless numbers of the machine")
     a.number("advice", verdict.advice, "advice")
     a.number("advised_time", verdict.needed_time, "sufficient time", "time")
-    free = float(result.free_speed)
+    free = float(row["free_speed"])
     text = "{final_speed}"
     if free and math.isfinite(free):  # nothing drives a rotor that vibration sustains
         text += " of {free_speed} without vibration"
@@ -243,6 +236,11 @@ def _state_end(
     a.line("speed", text)
     _state_rotors(a, verdict, noise, mark)
     return depth
+
+
+def _largest_residual(row: Rows) -> float:
+    """Return the largest error of the energy balance, of those that are numbers."""
+    return float(np.fmax.reduce(row["energy_residual"]))
 
 
 def _state_rotors(a: Answer, verdict: Verdict, noise: Noise, mark: Mark) -> None:
@@ -281,18 +279,17 @@ def _tell_end(a: Answer, verdict: Verdict, depth: float | None, mark: Mark) -> N
         a.line("modulation", period + mark("modulation_period", "modulation_depth"))
 
 
-def _state_vibration(
-    a: Answer, motion: Motion, result: xr.Dataset, noise: Noise, deck: float | None, mark: Mark
-) -> Throw | None:
+def _state_vibration(a: Answer, motion: Motion, row: Rows, noise: Noise, deck: float | None, mark: Mark) -> Throw | None:
     """State the motion of the carrier's centre of mass in the last window; None without units, or if it only turns."""
-    machine, inside = motion.case.machine, _window(result, motion.verdict)
+    machine, inside = motion.case.machine, _window(row["time"], motion.verdict)
     ways = [d for d in "xy" if d in machine.labels]
     if not ways or machine.dimensionless or np.count_nonzero(inside) < _FEWEST:
         return None
-    samples = result.isel(time=inside)
-    place, velocity = (_plane(samples[name]) for name in ("displacement", "velocity"))
-    throw = Throw.from_samples(samples.time.values, place, velocity, deck).beyond(noise.angle * motion.observation.largest)
-    force = noise.without(largest_of(_plane(samples.bearing_force)), largest_of(_plane(result.bearing_force)))
+    place, velocity, forces = (
+        _plane(machine.labels, row[name][:, inside]) for name in ("displacement", "velocity", "bearing_force")
+    )
+    throw = Throw.from_samples(row["time"][inside], place, velocity, deck).beyond(noise.angle * motion.observation.largest)
+    force = noise.without(largest_of(forces), largest_of(_plane(machine.labels, row["bearing_force"])))
     a.number("bearing_force", force, "largest force of all bodies together on the carrier", "N")
     for name, value in throw.numbers.items():
         a.number(name, value, *NUMBERS[name], headline=name == "machine_number")
@@ -313,11 +310,10 @@ def _state_vibration(
     return throw
 
 
-def _plane(of: xr.DataArray) -> np.ndarray:
-    """Return its components in x and y (2, N), zero where the carrier cannot move."""
-    there = [str(d) for d in of.direction.values]
-    zero = np.zeros(of.sizes["time"])
-    return np.array([of.values[there.index(d)] if d in there else zero for d in "xy"])
+def _plane(labels: Sequence[str], components: np.ndarray) -> np.ndarray:
+    """Return components by direction (m, N) as those in x and y (2, N), zero where the carrier cannot move."""
+    zero = np.zeros(components.shape[1])
+    return np.array([components[labels.index(d)] if d in labels else zero for d in "xy"])
 
 
 def _state_contacts(a: Answer, motion: Motion, mark: Mark) -> None:
