@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.dynamics.work import PREPARATION, Report, Work
+from wucht.environment import ONE_THREAD
 from wucht.errors import InputError, WuchtError
 from wucht.plots.arranging import arrange
 from wucht.plots.page import PRINT, Page, page_context
@@ -116,7 +117,7 @@ def run(
             "--scheduler", scheduler, f"{spec.kind} runs in one process; several machines can compute {tiled_kinds}"
         )
     place = None if folder is None else Path(folder)
-    with cluster_at(scheduler) as cluster, nullcontext() if place is None else claim_folder(place):
+    with ONE_THREAD, cluster_at(scheduler) as cluster, nullcontext() if place is None else claim_folder(place):
         try:
             return _compute_result(spec, subject, place, files, resume, progress, document, cluster, write, summarise, announce)
         except MemoryError as error:
