@@ -1,4 +1,7 @@
-"""``python -m benchmarks [NAME...]``: all benchmarks, or those named, a table each. ``errors``: see ``benchmarks.errors``."""
+"""``python -m benchmarks [NAME...]``: all benchmarks, or those named, a table each, with what the README says beside it.
+
+``errors``: see ``benchmarks.errors``.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +22,7 @@ from benchmarks import (
     start_up,
 )
 from benchmarks.errors import runner
+from benchmarks.readme import stated_numbers
 
 ALL = {
     b.__name__.rpartition(".")[2]: b
@@ -35,8 +39,10 @@ def main() -> None:
         sys.exit(f"benchmarks: there is no {unknown[0]!r}; known: {', '.join(ALL)}")
     for name in named or ALL:
         print(f"\n{ALL[name].__doc__.strip().splitlines()[0]}")
+        stated = [number for number in stated_numbers() if number.benchmark == name]
         for label, value in ALL[name].measure():
-            print(f"  {label:66} {value}")
+            said = next((f"   README: {number.text}" for number in stated if label.startswith(number.label)), "")
+            print(f"  {label:66} {value}{said}")
 
 
 if __name__ == "__main__":

@@ -5,7 +5,6 @@ Error: the largest deviation of 401 samples from heyoka's motion at 1e-17, relat
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
@@ -14,6 +13,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from tests.reference_integrators import rates_of, taylor_equations, taylor_states
 
+from benchmarks.timing import processor_time
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.catalogue import load_machine
 from wucht.numerics.flow.compiled_system import compile_system
@@ -61,13 +61,3 @@ def _jobs(
         "heyoka": by_taylor,
         "SciPy": lambda: np.asarray(solve_ivp(rates, grid[[0, -1]], initial, "DOP853", grid, **allowed).y),
     }
-
-
-def processor_time(job: Callable[[], object], repetitions: int) -> float:
-    """Seconds that do not depend on what else the computer does, the least of some."""
-    times = []
-    for _ in range(repetitions):
-        begun = time.process_time()
-        job()
-        times.append(time.process_time() - begun)
-    return min(times)

@@ -6,13 +6,13 @@ value of each state. Each engine runs at the loosest of its tolerances with whic
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
 from scipy.integrate import solve_ivp
 from tests.reference_integrators import taylor_states
 
+from benchmarks.timing import processor_time
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.catalogue import load_machine
 from wucht.numerics.flow.compiled_system import compile_system
@@ -69,7 +69,7 @@ def measure() -> Iterator[tuple[str, str]]:
     yield f"wucht: tolerance {own[0]:g}, achieved {own[1]:.1e}", f"{1e3 * own[2]:8.3f} ms"
     yield "ratio (asked: at least 100)", f"{peer[2] / own[2]:8.0f}"
     full = compile_system(machine.system)
-    default = best(lambda: integrate(full, initial, machine.values, GRID).states)
+    default = processor_time(lambda: integrate(full, initial, machine.values, GRID).states)
     yield "wucht with energy balance at its default tolerance, ratio to SciPy above", f"{peer[2] / default:8.0f}"
 
 
@@ -80,14 +80,5 @@ def _loosest(
         job = make(tolerance)
         achieved = error(job())
         if achieved <= TARGET:
-            return tolerance, achieved, best(job)
+            return tolerance, achieved, processor_time(job)
     raise SystemExit(f"none of the tolerances {tolerances} achieves {TARGET}")
-
-
-def best(job: Callable[[], object], repetitions: int = 5) -> float:
-    times = []
-    for _ in range(repetitions):
-        begun = time.perf_counter()
-        job()
-        times.append(time.perf_counter() - begun)
-    return min(times)

@@ -6,6 +6,9 @@ import os
 import re
 import warnings
 from datetime import UTC, datetime
+from functools import cached_property
+from threading import Lock
+from typing import Any
 
 from wucht.errors import InputError
 
@@ -48,6 +51,39 @@ def set_threads(most: int | None = None) -> None:
     if most is not None:
         threads = next(environment[name] for name in _THREADS if name in environment)
         os.environ[_THREADS[0]] = str(min(int(threads), most))
+
+
+class OneThread:
+    """A limit of OpenBLAS to one thread while runs last, where NumPy is loaded already; a number that the user sets holds.
+
+    Runs in several threads share it: the first sets it, the last one restores what was before.
+    """
+
+    def __init__(self) -> None:
+        self._lock, self._run_count, self._limit = Lock(), 0, None
+
+    def __enter__(self) -> None:
+        with self._lock:
+            self._run_count += 1
+            if self._run_count == 1 and not any(name in os.environ for name in _THREADS):
+                self._limit = self._libraries.limit(limits=1, user_api="blas")
+
+    def __exit__(self, *_error: object) -> None:
+        with self._lock:
+            self._run_count -= 1
+            if self._run_count == 0 and self._limit is not None:
+                self._limit.restore_original_limits()
+                self._limit = None
+
+    @cached_property
+    def _libraries(self) -> Any:
+        import scipy.linalg  # noqa: F401 - SciPy has an OpenBLAS of its own
+        from threadpoolctl import ThreadpoolController
+
+        return ThreadpoolController()
+
+
+ONE_THREAD = OneThread()
 
 
 def date_of_files() -> datetime:

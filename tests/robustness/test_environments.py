@@ -169,6 +169,53 @@ def test_one_thread_unless_the_user_sets_another_number(
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")  # so that the end of the test removes what it has set
 
 
+THREADS_OF_A_RUN = """
+import scipy.linalg
+from threadpoolctl import threadpool_info, threadpool_limits
+
+import wucht
+from wucht.extending import Answer, Study
+
+
+def threads():
+    return sorted({library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"})
+
+
+class Threads(Study):
+    '''The threads of linear algebra.'''
+
+    kind = "threads"
+    depth: int = 1
+
+    def prepare(self, machine):
+        return machine
+
+    def solve(self, machine, prepared, work):
+        if self.depth:
+            wucht.run(Threads(depth=0), machine)
+        a = Answer(machine.units)
+        a.number("threads", threads(), "threads")
+        yield a
+
+    def draw(self, result):
+        pass
+
+
+machine = wucht.load_machine("drozdetskaya-2020/r1")
+threadpool_limits(3, user_api="blas")
+print(wucht.run(Threads(), machine).wucht.summary["threads"], threads())
+"""
+
+
+@pytest.mark.parametrize(("given", "expected"), [({}, "[1] [3]"), ({"OMP_NUM_THREADS": "2"}, "[3] [3]")])
+def test_a_run_from_python_has_one_thread_as_well(given: dict[str, str], expected: str) -> None:
+    """Unless the user sets another number; after it, and after a run within it, all is as before."""
+    environment = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")} | given
+    command = [sys.executable, "-c", THREADS_OF_A_RUN]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120, env=environment)
+    assert done.stdout.strip() == expected
+
+
 @pytest.mark.parametrize("name", ["OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMEXPR_NUM_THREADS"])
 @pytest.mark.parametrize("given", ["abc", "0", "-1", "4,", "4,0", "4;2", "2.5", "1e3", 5000 * "9", "\u0664"])
 def test_a_number_of_threads_that_is_none(name: str, given: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,7 +20,7 @@ from wucht.machines.subject import Subject
 from wucht.numerics.flow.program import Evaluator
 from wucht.studies.memory import question_of, without_titles
 from wucht.studies.study_file import read_study
-from wucht.studies.subjects import MACHINE, MACHINE_OR_SYSTEM, MachineOrSystemSubject
+from wucht.studies.subjects import MACHINE, MACHINE_OR_SYSTEM, MachineOrSystemSubject, subject_of
 
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"
 BARE = re.compile(rf"(?<=[\s\[,=]){NUMBER}(?=[\s\],}}]|$)")  # a TOML number
@@ -56,7 +56,7 @@ def with_one_number_changed(text: str) -> Iterator[tuple[str, str]]:
 
 def asked(path: Path) -> Any:
     study = read_study(str(path))
-    return without_titles(question_of(study.spec, study.subject))
+    return without_titles(question_of(study.spec, study.subject, subject_of(study.spec).describe(study.subject)))
 
 
 def unnoticed(name: str, folder: Path) -> tuple[list[str], int]:

@@ -9,7 +9,7 @@ import warnings
 from contextlib import suppress
 from typing import NoReturn, TextIO
 
-_OBJECTS = 200_000  # new ones between two collections: what libraries and formulas create on loading stays anyway
+_OBJECTS = 500_000  # new ones between two collections: more than libraries and formulas create on loading, which stay anyway
 
 
 def main() -> None:

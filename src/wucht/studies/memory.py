@@ -26,7 +26,7 @@ from wucht.results import archive
 from wucht.results.output_folder import PARTIAL, load_result, remove_partial
 from wucht.results.store import RESULT, replace_file, return_free_memory, to_json
 from wucht.studies.study import Study
-from wucht.studies.subjects import subject_of
+from wucht.studies.subjects import Description
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -168,13 +168,9 @@ def _remove_units(folder: Path, fingerprint: str) -> None:
         (folder / FOLDER).rmdir()
 
 
-def question_of(spec: Study, subject: Any) -> dict[str, Any]:
-    """The question and its subject as JSON: two questions that are equal, except for titles, have the same answer.
-
-    Raises ``InputError`` if the question does not apply to the subject.
-    """
-    facts = subject_of(spec).describe(subject).facts
-    question: dict[str, Any] = json.loads(to_json({"study": spec.table_for(subject), "machine": facts}))
+def question_of(spec: Study, subject: Any, description: Description) -> dict[str, Any]:
+    """The question and its described subject as JSON: two that are equal, except for titles, have the same answer."""
+    question: dict[str, Any] = json.loads(to_json({"study": spec.table_for(subject), "machine": description.facts}))
     return question
 
 

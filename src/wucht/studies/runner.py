@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.dynamics.work import PREPARATION, Report, Work
+from wucht.environment import ONE_THREAD
 from wucht.errors import InputError, WuchtError
 from wucht.plots.arranging import arrange
 from wucht.plots.page import PRINT, Page, page_context
@@ -116,7 +117,7 @@ def run(
             "--scheduler", scheduler, f"{spec.kind} runs in one process; several machines can compute {tiled_kinds}"
         )
     place = None if folder is None else Path(folder)
-    with cluster_at(scheduler) as cluster, nullcontext() if place is None else claim_folder(place):
+    with ONE_THREAD, cluster_at(scheduler) as cluster, nullcontext() if place is None else claim_folder(place):
         try:
             return _compute_result(spec, subject, place, files, resume, progress, document, cluster, write, summarise, announce)
         except MemoryError as error:
@@ -147,7 +148,7 @@ def _compute_result(
     watch = partial(Work(reporter=progress).report, 0.0, PREPARATION)
     prepared = spec.prepare_watched(subject, watch)
     refuse_numbers(spec.stored_numbers(prepared))
-    question = question_of(spec, subject)
+    question = question_of(spec, subject, description)
     memory, notes, untitled_question = UnitMemory(), list[str](), without_titles(question)
     if folder is not None:
         folder = prepare_folder(folder, [*files, *map(partial_name, files)])
