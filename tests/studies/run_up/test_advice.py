@@ -7,7 +7,7 @@ import pytest
 from benchmarks.verdicts import MACHINES, Tried, advice_on
 
 import wucht
-from wucht.studies.run_up.study import RunUp
+from wucht import RunUp
 
 R1 = {"p1": 0.3, "p2": -0.5}
 NEEDED = 22.0  # s, of R1 with this slope, from this start; twelve machines and more: below

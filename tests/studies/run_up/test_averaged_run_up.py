@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from wucht import RunUp
 from wucht.cli.progress import Progress
 from wucht.dynamics.run_ups import observed_integration as watched
 from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 
 Study = Callable[..., Path]

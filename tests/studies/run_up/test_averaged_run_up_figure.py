@@ -10,10 +10,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from wucht import RunUp
 from wucht.files.catalogue import load_machine
 from wucht.plots.run_panels import RunView
 from wucht.plots.style import SLOW
-from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, run
 
 START = {"psi": 0.0, "delta": 0.5}

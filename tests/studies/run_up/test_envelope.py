@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from wucht import RunUp
 from wucht.files.catalogue import load_machine
-from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 
 

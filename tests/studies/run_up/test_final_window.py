@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from wucht import RunUp
 from wucht.files.catalogue import load_document, machine_of
-from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import report, run
 
 LOST = {"parameter": "drives.e2.voltage", "points": [[0.0, 230.0], [5.0, 0.0]], "interpolation": "steps"}

@@ -10,9 +10,9 @@ import pytest
 from tests.hand_made import with_answer
 from tests.refusals import refused
 
+from wucht import RunUp
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
-from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, run
 
 MACHINE = "drozdetskaya-2020/table-5.1"

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from wucht import RunUp
 from wucht.files.building import machine_from
-from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import report, run
 
 

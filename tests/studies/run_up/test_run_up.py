@@ -12,11 +12,11 @@ import pytest
 import xarray as xr
 from tests.refusals import refused
 
+from wucht import RunUp
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE
-from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 
 Study = Callable[..., Path]

@@ -20,12 +20,12 @@ from tests.refusals import refused
 
 import figure_checks
 from figure_checks import alike
+from wucht import RunUp
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.plots.page import JOURNAL, PRINT
 from wucht.plots.sheet import save_figure
 from wucht.plots.style import COLOURS, DASHES, MOST_LOOKS, line_style
-from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import draw, run
 
 Study = Callable[..., Path]

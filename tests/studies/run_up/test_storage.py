@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from wucht import RunUp
 from wucht.dynamics.run_ups.horizon import Horizon, numbers_per_sample
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
-from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 
 DOWN = {"r": -math.pi / 2}

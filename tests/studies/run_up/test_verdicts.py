@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 from scipy.optimize import brentq
 
+from wucht import RunUp
 from wucht.dynamics.run_ups import horizon
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.studies.registry import studies
-from wucht.studies.run_up.study import RunUp
 from wucht.studies.runner import run
 
 ROLLERS = {  # the rotor of source 000, section 6: 62.5 and 125.1 rad/s, total mass 1 kg; rollers and dampers are ours

@@ -14,7 +14,7 @@ from wucht.dynamics.balancers.candidates import BalancerTrials, CandidateResults
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.sampling.choice import Cliff, Contest, Scores, nearest_cliff
 from wucht.dynamics.verdicts.outcomes import OPEN_OUTCOMES, OUTCOMES, Outcome
-from wucht.dynamics.work import TaskReport, Work
+from wucht.dynamics.work import Work
 from wucht.machines.changes import last_change
 from wucht.machines.machine import Machine
 
