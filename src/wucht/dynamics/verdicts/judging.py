@@ -99,10 +99,7 @@ def judge(
         evidence = replace(verdict.evidence, beyond_limit=True)
         return replace(verdict, evidence=evidence, outcome=classify(evidence), advice=None, needed_time=None)
     if observation.end_time < (changes := last_change(machine)):
-        verdict = replace(verdict, outcome=Outcome.UNIDENTIFIED)
-        return _undecided_verdict(
-            machine, verdict, f"the machine still changes at {changes:.4g} {machine.units.time}", 2 * changes
-        )
+        return open_verdict(machine, verdict, f"the machine still changes at {changes:.4g} {machine.units.time}", 2 * changes)
     if _is_creeping(machine, observation):
         outcome = Outcome.NOT_STARTED if not_started else Outcome.STOPPED
         return replace(verdict, outcome=outcome, settling_time=None, advice=None, needed_time=None)
@@ -132,8 +129,7 @@ def _verdict_after_transients(machine: Machine, verdict: Verdict, end: float) ->
             return verdict
     else:
         return verdict
-    verdict = replace(verdict, outcome=Outcome.UNIDENTIFIED)
-    return _undecided_verdict(machine, verdict, reason, needed_time)
+    return open_verdict(machine, verdict, reason, needed_time)
 
 
 def _locking_verdict(machine: Machine, observation: Observation, verdict: Verdict) -> Verdict:
@@ -162,26 +158,21 @@ def _locking_verdict(machine: Machine, observation: Observation, verdict: Verdic
     if periods < FEWEST_PERIODS:
         reason = f"fewer than {FEWEST_PERIODS} whole periods lie in the last half of the run"
         needed_time = LONGER * end
-    return _undecided_verdict(machine, verdict, reason, needed_time)
-
-
-def _undecided_verdict(machine: Machine, verdict: Verdict, reason: str, until: float) -> Verdict:
-    digit = 10.0 ** (math.floor(math.log10(until)) - 2)
-    until = math.ceil(until / digit * (1 - _FLOAT)) * digit  # rounded up: a run of the printed length is enough
-    advice = f"{reason}: run at least until {until:.3g} {machine.units.time}".rstrip()
-    needed_time = float(f"{until:.3g}")
-    return replace(verdict, settling_time=None, amplitude_settling_time=None, advice=advice, needed_time=needed_time)
+    return open_verdict(machine, verdict, reason, needed_time)
 
 
 def open_verdict(machine: Machine, verdict: Verdict, reason: str, until: float | None = None) -> Verdict:
     """Return a verdict left open for a reason. until: the end of a run that may decide; None: no longer run does."""
-    verdict = replace(verdict, outcome=Outcome.UNIDENTIFIED)
-    return _undecidable_verdict(verdict, reason) if until is None else _undecided_verdict(machine, verdict, reason, until)
-
-
-def _undecidable_verdict(verdict: Verdict, reason: str) -> Verdict:
-    advice = f"{reason}: a longer run would not change the verdict"
-    return replace(verdict, settling_time=None, amplitude_settling_time=None, advice=advice, needed_time=None)
+    advice, needed_time = f"{reason}: a longer run would not change the verdict", None
+    if until is not None:
+        digit = 10.0 ** (math.floor(math.log10(until)) - 2)
+        until = math.ceil(until / digit * (1 - _FLOAT)) * digit  # rounded up: a run of the printed length is enough
+        advice = f"{reason}: run at least until {until:.3g} {machine.units.time}".rstrip()
+        needed_time = float(f"{until:.3g}")
+    return replace(
+        verdict, outcome=Outcome.UNIDENTIFIED, settling_time=None, amplitude_settling_time=None, advice=advice,
+        needed_time=needed_time,
+    )  # fmt: skip
 
 
 def _turning_verdict(machine: Machine, observation: Observation, free: float | None) -> Verdict:
@@ -195,8 +186,8 @@ def _turning_verdict(machine: Machine, observation: Observation, free: float | N
         if assessment.undecidable_reason in (REASON_COASTING, REASON_IN_NOISE) or (
             assessment.undecidable_reason and _is_long_run(machine, observation.end_time, record.turns, assessment)
         ):
-            return _undecidable_verdict(verdict, assessment.undecidable_reason)
-        return _undecided_verdict(machine, verdict, *_advice(machine, observation.end_time, assessment))
+            return open_verdict(machine, verdict, assessment.undecidable_reason)
+        return open_verdict(machine, verdict, *_advice(machine, observation.end_time, assessment))
     has_passed = verdict.outcome is Outcome.PASSED
     return replace(
         verdict,
@@ -276,10 +267,10 @@ def _swinging_verdict(machine: Machine, observation: Observation, free: float | 
     if run_factor := run_factor_until_swinging(observation) if bounds is None else decay_factor:
         needed_time = max(LONGER, run_factor) * end
     elif _is_long_run(machine, end, end / observation.main.span):
-        return _undecidable_verdict(verdict, "the rotor swings and turns over irregularly, and this does not visibly decay")
+        return open_verdict(machine, verdict, "the rotor swings and turns over irregularly, and this does not visibly decay")
     else:
         needed_time = max(LONGER * end, 1e-9)
     whole = observation.main.last(1.0)
     turn_angle = float(whole.greatest_angle.max(initial=0.0) - whole.least_angle.min(initial=0.0))
     since = " since the rotor last stopped or turned back" if turn_angle >= FEWEST_TURNS * 2 * math.pi else ""
-    return _undecided_verdict(machine, verdict, f"fewer than {FEWEST_TURNS} turns were made{since}", needed_time)
+    return open_verdict(machine, verdict, f"fewer than {FEWEST_TURNS} turns were made{since}", needed_time)
