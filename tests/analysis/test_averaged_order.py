@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.analysis.averaged_equations import averaged_equations_of, full_motion
+from wucht.analysis.averaged_equations import averaged_equations_of, states_with_fast_parts
 from wucht.dynamics.scenarios.order_of_error import scale_epsilon
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
@@ -58,7 +58,7 @@ def largest_error(given: Machine, kappa: float, start: Mapping[str, float], unti
         state = np.array([slips[f"speed[{b}]"][0] if what == "speed" else start[f"{b}.phase"] for b, _, what in names])
     time = np.linspace(0.0, until / kappa, 301)
     run = integrate(compile_system(averaged_equations.system, 1e-14), state, averaged_equations.values(), time)
-    rebuilt = full_motion(averaged_equations, time, run.states, run.quadratures["rotor_angle"])
+    rebuilt = states_with_fast_parts(averaged_equations, time, run.states, run.quadratures["rotor_angle"])
     full = replace(small.system, quadratures=(), outputs=())
     true = integrate(compile_system(full, 1e-14), rebuilt[:, 0], full.values(small.values), time)
     row = small.state_names.index(small.rotor.coordinate.velocity.name)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.analysis.averaged_equations import AveragedEquations, averaged_equations_of, full_motion
+from wucht.analysis.averaged_equations import AveragedEquations, averaged_equations_of, states_with_fast_parts
 from wucht.analysis.configurations.closed_form import State
 from wucht.analysis.configurations.full_stability import FullStability
 from wucht.analysis.configurations.torques import SteadyTorques
@@ -36,7 +36,11 @@ def drum(sense: int = 1, **changes: Any) -> Machine:
 def rebuilt(
     averaged_equations: AveragedEquations, time: np.ndarray, states: np.ndarray, angle: np.ndarray
 ) -> dict[str, np.ndarray]:
-    return dict(zip(averaged_equations.machine.state_names, full_motion(averaged_equations, time, states, angle), strict=True))
+    return dict(
+        zip(
+            averaged_equations.machine.state_names, states_with_fast_parts(averaged_equations, time, states, angle), strict=True
+        )
+    )
 
 
 def steady(machine: Machine, speed: float, phases: dict[str, float]) -> tuple[AveragedEquations, np.ndarray]:
@@ -174,7 +178,7 @@ def test_a_held_speed() -> None:
     full = dict(
         zip(
             averaged_equations.machine.state_names,
-            full_motion(averaged_equations, np.zeros(1), state[:, None], np.zeros(1), speed=70.0),
+            states_with_fast_parts(averaged_equations, np.zeros(1), state[:, None], np.zeros(1), speed=70.0),
             strict=True,
         )
     )
@@ -213,7 +217,7 @@ def test_gravity_makes_a_rotor_fluctuate_about_its_even_rotation(sense: int) -> 
     averaged_equations = averaged_equations_of(machine_from({"carrier": carrier, "bodies": [rotor], "drive": drive}))
     speed, theta = 40.0, np.linspace(0.0, 6.0, 7)
     states = averaged_equations.state({"r": 0.0}, {"r": sense * speed})[:, None] * np.ones(7)
-    whole = full_motion(averaged_equations, theta / speed, states, theta)
+    whole = states_with_fast_parts(averaged_equations, theta / speed, states, theta)
     rows = dict(zip(averaged_equations.machine.state_names, whole, strict=True))
     size = 4e-3 * 9.81 / (0.05 * speed**2)
     assert rows["r.angle"] - sense * theta == pytest.approx(size * np.cos(theta), abs=1e-6 * size)

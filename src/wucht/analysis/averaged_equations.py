@@ -283,7 +283,7 @@ def _excitation(
     return tuple(definitions), tuple(excitation)
 
 
-def full_motion(
+def states_with_fast_parts(
     averaged_equations: AveragedEquations,
     time: np.ndarray,
     states: np.ndarray,

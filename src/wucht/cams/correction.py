@@ -255,29 +255,29 @@ def orders_beside(acceleration: FourierSeries, law: Law, shaft: ShaftMotion) -> 
     return FourierSeries(0.0, scale * motion_orders.cosine[:count], scale * motion_orders.sine[:count])
 
 
-def explained_share(measured: FourierSeries, computed: FourierSeries) -> float:
+def explained_share(record_orders: FourierSeries, motion_orders: FourierSeries) -> float:
     """Return the share of the mean square of measured orders, which are not all zero, that computed ones explain.
 
     Both in one unit; the means do not count.
     """
-    count = min(measured.count, computed.count)
-    cosine, sine = (getattr(measured, part)[:count] - getattr(computed, part)[:count] for part in ("cosine", "sine"))
-    rest = float((np.hypot(cosine, sine) ** 2).sum() + (measured.amplitudes[count:] ** 2).sum())
-    return 1 - rest / float((measured.amplitudes**2).sum())
+    count = min(record_orders.count, motion_orders.count)
+    cosine, sine = (getattr(record_orders, part)[:count] - getattr(motion_orders, part)[:count] for part in ("cosine", "sine"))
+    rest = float((np.hypot(cosine, sine) ** 2).sum() + (record_orders.amplitudes[count:] ** 2).sum())
+    return 1 - rest / float((record_orders.amplitudes**2).sum())
 
 
-def best_delay(measured: FourierSeries, computed: FourierSeries) -> tuple[float, float]:
+def best_delay(record_orders: FourierSeries, motion_orders: FourierSeries) -> tuple[float, float]:
     """Return the delay in rad of tau, within half a turn, of measured orders after computed ones where they agree best.
 
     Also the share explained with it, see ``explained_share``.
     """
-    count = min(measured.count, computed.count)
-    computed = FourierSeries(0.0, computed.cosine[:count], computed.sine[:count])
-    m, c = (series.cosine[:count] - 1j * series.sine[:count] for series in (measured, computed))
+    count = min(record_orders.count, motion_orders.count)
+    motion_orders = FourierSeries(0.0, motion_orders.cosine[:count], motion_orders.sine[:count])
+    m, c = (series.cosine[:count] - 1j * series.sine[:count] for series in (record_orders, motion_orders))
     product = m.conj() * c
     agreement = FourierSeries(0.0, product.real, product.imag)  # over the delay
     at = agreement.stationary()
     best = float(at[np.argmax(agreement(at))])
-    measured_power, computed_power = (float((series.amplitudes**2).sum()) for series in (measured, computed))
+    measured_power, computed_power = (float((series.amplitudes**2).sum()) for series in (record_orders, motion_orders))
     share = (2 * float(agreement(best)) - computed_power) / measured_power
     return math.remainder(best, 2 * math.pi), share

@@ -40,7 +40,7 @@ def beat(monkeypatch: pytest.MonkeyPatch, depth: float, turns: int = 0, swing: f
         system=SimpleNamespace(output=lambda name: SimpleNamespace(expression=name)),
         averaged_system=SimpleNamespace(bodies=SimpleNamespace(names=("main",))),
     )
-    monkeypatch.setattr(slow_beats, "full_motion", lambda _, at, states, angle: angle)
+    monkeypatch.setattr(slow_beats, "states_with_fast_parts", lambda _, at, states, angle: angle)
     speeds = SimpleNamespace(of=lambda *_: lambda at, states, parameters: {"speed": np.full(PLACES, SPEED)})
     monkeypatch.setattr(slow_beats, "Evaluator", speeds)
     motion: Any = Motion(time, np.zeros((1, PLACES + 1)), np.zeros(1))

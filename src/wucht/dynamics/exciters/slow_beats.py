@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from wucht.analysis.averaged_equations import AveragedEquations, averaged_equations_of, full_motion
+from wucht.analysis.averaged_equations import AveragedEquations, averaged_equations_of, states_with_fast_parts
 from wucht.dynamics.run_ups.hanging_start import with_default_start
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in
 from wucht.dynamics.run_ups.machine_signals import MachineSignal, machine_signal
@@ -140,7 +140,7 @@ def _harmonic_beat(
     angles = 2 * np.pi * np.arange(_TURN) / _TURN
     harmonic = np.zeros(_PLACES, complex)
     for angle in angles.tolist():
-        whole = full_motion(averaged_equations, time, states, np.full(_PLACES, angle))
+        whole = states_with_fast_parts(averaged_equations, time, states, np.full(_PLACES, angle))
         there = replace(motion, time=time, states=whole, final_parameter_values=parameters)
         harmonic += 2 / _TURN * signal(there) * np.exp(-1j * angle)
     amplitude = np.abs(harmonic)

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.averaged_equations import AveragedEquations, averaged_equations_of, full_motion
+from wucht.analysis.averaged_equations import AveragedEquations, averaged_equations_of, states_with_fast_parts
 from wucht.dynamics.run_ups.initial_state import angles_in, speeds_in
 from wucht.errors import InputError
 from wucht.machines.machine import DISSIPATED_WORK, Machine
@@ -106,7 +106,7 @@ class SlowModel(FullModel):
         unknown = {q.name: np.full(len(time), np.nan) for q in machine.system.quadratures if q.name not in works}
         return replace(
             trajectory,
-            states=full_motion(self.averaged_equations, time, trajectory.states[:-1], trajectory.states[-1]),
+            states=states_with_fast_parts(self.averaged_equations, time, trajectory.states[:-1], trajectory.states[-1]),
             quadratures=works | unknown,
             final_parameter_values=np.array(machine.system.values(machine.values)),
         )

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from wucht.analysis.averaged_equations import full_motion
+from wucht.analysis.averaged_equations import states_with_fast_parts
 from wucht.dynamics.run_ups.horizon import Horizon, distinctive_times
 from wucht.dynamics.run_ups.run_up import free_speed_at_end
 from wucht.dynamics.run_ups.run_up_models import FullModel, SlowModel, slow_model
@@ -200,5 +200,5 @@ def _motion(model: FullModel, time: np.ndarray, samples: np.ndarray) -> Trajecto
     """Return the machine's motion from samples (K, k, M), one member after the other."""
     machine, states = model.machine, samples.transpose(1, 2, 0).reshape(samples.shape[1], -1)
     if isinstance(model, SlowModel):
-        states = full_motion(model.averaged_equations, time, states[:-1], states[-1])
+        states = states_with_fast_parts(model.averaged_equations, time, states[:-1], states[-1])
     return Trajectory(time, states, {}, np.array(machine.system.values(machine.values)), float(time[-1]), states[:, -1])

@@ -209,8 +209,8 @@ def state_contours(
 ) -> None:
     """State the contours of the original and the corrected cams at cam angles (N,), their sizes, and what to check of them."""
     contours, cams, point_count = [*before.values(), *after.values()], cam_pair[1].cams, len(angles)
-    sizes, both = (len(CAM_VERSIONS), len(cams)), [cam for version in cam_pair for cam in version.cams.values()]
-    state_cam_curves(a, _CURVES, both, angles, "version cam cam_angle", (*sizes, point_count))
+    sizes, drawn_cams = (len(CAM_VERSIONS), len(cams)), [cam for version in cam_pair for cam in version.cams.values()]
+    state_cam_curves(a, _CURVES, drawn_cams, angles, "version cam cam_angle", (*sizes, point_count))
     distance = np.array([contour.displacement for contour in after.values()]).reshape(len(cams), point_count)
     a.curve("moved", distance, "corrected contour, outwards", "m", "cam cam_angle")
     for name, what, get_size in _SIZES:

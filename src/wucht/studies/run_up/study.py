@@ -144,9 +144,8 @@ class RunUp(SingleRun):
 
     def draw(self, result: xr.Dataset) -> Figure:
         """See ``Study``."""
-        if result.attrs.get("subject") == "system":
-            return figure_of_states(result)
-        return figure_of_runs(result) if "case" in result.dims else figure_of_run(result)
+        of_machine = figure_of_runs if "case" in result.dims else figure_of_run
+        return (figure_of_states if result.attrs.get("subject") == "system" else of_machine)(result)
 
     def _machine_run(self, machine: Machine, start: Mapping[str, Any], location: str) -> MachineRun:
         if self.over == "psi" and not any(b.about == machine.rotor.name for b in machine.bodies):
@@ -170,9 +169,8 @@ class RunUp(SingleRun):
         refuse_singular_start(subject, state, location)
         values = dict(zip(subject.system.state_names, state.tolist(), strict=True))
         name = ", ".join(f"{name} = {x:.6g}" for name, x in values.items() if x) or "all states 0"
-        count = self.settings.runs
-        samples = max((self.stored_samples or _MOST_SAMPLES) // count, 2)
-        places = _MOST_PLACES // count
+        samples = max((self.stored_samples or _MOST_SAMPLES) // self.settings.runs, 2)
+        places = _MOST_PLACES // self.settings.runs
         return EquationRun(name, values, None, subject, self.until, self.tolerance, self.engine, samples, places)
 
 
