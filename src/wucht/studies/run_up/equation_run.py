@@ -80,10 +80,8 @@ def _fill_run(question: EquationRun, run: LongRun, a: Answer) -> None:
     a.verdict = f"{str(run.kind).upper()}, {a.sentence}"
     a.attribute(outcome=str(run.kind), engine=run.engine, tolerance=question.tolerance, subject="system")
     if run.advised_time is not None:
-        a.warn(
-            f"the run until {run.end_time:.5g} is too short to tell what the motion tends to; study.until = "
-            f"{run.advised_time:.4g} may tell"
-        )
+        remedy = f"study.until = {run.advised_time:.4g} may tell"
+        a.warn(f"the run until {run.end_time:.5g} is too short to tell what the motion tends to; {remedy}")
     a.warn(*_unstable_warnings(run))
     is_longer = run.kind is MotionKind.CHAOTIC  # examined beyond the stored states, for the time in the sentence
     a.number("outcome", str(run.kind), "outcome of the run")
