@@ -23,6 +23,7 @@ LINES = {
     "wucht run sperling-rollers/table-": [f"sperling-rollers/table-{k}" for k in (1, 2, 3)],
     f"{R1} --set drive.no": ["drive.no_load_speed="],
     f"{R1} --set study.model=": ["study.model=both", "study.model=full", "study.model=slow"],
+    f"{R1} --set study.kind=torque": ["study.kind=torque-balance"],
     f"{R1} --set study.tolerance=": ["study.tolerance="],
     "wucht run practice/screen --set drives.e2.v": ["drives.e2.voltage="],
     "wucht run drozdetskaya-2020/table-5.1 --set la": ["lambda="],

@@ -53,19 +53,18 @@ def _keys_of_study(name: str, incomplete: str) -> Iterator[str]:
     from wucht.errors import WuchtError
     from wucht.files.catalogue import load_document
     from wucht.schema import keys_of
-    from wucht.studies.registry import requested_study
+    from wucht.studies.registry import requested_study, studies
     from wucht.studies.study_file import DEFAULT_KIND
     from wucht.studies.subjects import subject_of
 
     with suppress(WuchtError):  # errors in it are reported when it is run
         document, path = load_document(name)
         question = requested_study({"kind": DEFAULT_KIND} | document.get("study", {})).study
-        for key in keys_of(question):
-            choices = [word for word in key.allowed.split(", ") if word and word[0] not in "<>"]
-            if choices and incomplete.startswith(f"study.{key.name}="):
-                yield from (f"study.{key.name}={word}" for word in choices)
-            else:
-                yield f"study.{key.name}="
+        allowed_values = {key.name: key.allowed for key in keys_of(question)} | {"kind": ", ".join(studies())}
+        for key, allowed in allowed_values.items():
+            choices = [word for word in allowed.split(", ") if word and word[0] not in "<>"]
+            is_begun = bool(choices) and incomplete.startswith(f"study.{key}=")
+            yield from (f"study.{key}={word}" for word in choices) if is_begun else (f"study.{key}=",)
         subject, _ = subject_of(question).from_document(document, path, name, {})
         yield from (f"{parameter}=" for parameter in getattr(subject, "parameters", ()))
 
