@@ -53,13 +53,15 @@ def written(factors: list[Factor], sign: str, slash: bool) -> str:
 @example("m/s^2", [("m", 1), ("s", -1), ("s", -1)], " ", True)
 @example("N m", [("N", 1), ("m", 1), ("rad", 1), ("rad", -1)], "*", True)
 @example("rad", [("turn", 1), ("rad", -1)], " ", True)
+@example("rad", [("deg", 1), ("°", -1)], " ", False)
 @example("kg", [("kg", 1), ("deg", 1)], " ", False)
 @example("N m s", [("N", 1), ("m", 1), ("rpm", -1)], " ", True)
 def test_a_unit_is_read_as_the_product_that_it_is_or_refused(si: str, factors: list[Factor], sign: str, slash: bool) -> None:
     text = written(factors, sign, slash)
     size = math.prod(NAMES[name][0] ** power for name, power in factors)
     dimension = tuple(sum(NAMES[name][1][k] * power for name, power in factors) for k in range(4))
-    powers = {name: sum(power for other, power in factors if other == name) for name, _ in factors}
+    plain = [(name.replace("°", "deg"), power) for name, power in factors]  # one unit by two names
+    powers = {name: sum(power for other, power in plain if other == name) for name, _ in plain}
     angles = [power for name, power in powers.items() if power and NAMES[name][2]]
     is_once = max(Counter((name, power > 0) for name, power in factors).values()) == 1  # above the stroke, and below it
     of_quantity, angle = QUANTITIES[si]
