@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.hand_made import with_answer
-from tests.refusals import refused
+from tests.refusals import check_refusal, refused
 
 from wucht import RunUp
-from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.studies.runner import draw, run
 
@@ -96,21 +95,20 @@ def test_a_result_of_another_question_is_not_continued(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("table", "where", "allowed"),
+    "table",
     [
-        ({"values": [1.0]}, "study.along", "belong together"),
-        ({"along": "u"}, "study.values", "belong together"),
-        ({"along": "x", "values": [1.0]}, "study.along", "unknown parameter"),
-        ({"along": "u", "values": ["1 kg"]}, "study.values[0]", "must be"),
-        ({"along": "u", "values": 1.0}, "study.values", "a list"),
-        ({"starts": {"psi": 1}}, "study.starts", "a list of tables"),
-        ({"starts": [{"psi": 1.0}], "start": {"psi": 1.0}}, "study.starts", "either start or starts"),
-        ({"along": "u", "values": [1.0] * 501}, "study.values", "500 runs"),
-        ({"over": "speed"}, "study.over", "'time', 'phi' or 'psi'"),
+        {"values": [1.0]},
+        {"along": "u"},
+        {"along": "x", "values": [1.0]},
+        {"along": "u", "values": ["1 kg"]},
+        {"along": "u", "values": 1.0},
+        {"starts": {"psi": 1}},
+        {"starts": [{"psi": 1.0}], "start": {"psi": 1.0}},
+        {"along": "u", "values": [1.0] * 501},
+        {"over": "speed"},
     ],
 )
-def test_what_is_refused(table: dict[str, Any], where: str, allowed: str) -> None:
-    with pytest.raises(InputError, match="study") as raised:
-        run(RunUp.from_table({"kind": "run-up", "until": 10.0} | table), load_machine(MACHINE))
-    assert raised.value.location == where
-    assert allowed in raised.value.explanation
+def test_what_is_refused(table: dict[str, Any]) -> None:
+    case = str(table) if len(str(table)) < 100 else "501 values"
+    question = {"kind": "run-up", "until": 10.0} | table
+    check_refusal(f"run-up, many: {case}", lambda: run(RunUp.from_table(question), load_machine(MACHINE)))

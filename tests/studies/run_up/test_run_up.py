@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.refusals import refused
+from tests.refusals import check_refusal, refused
 
 from wucht import RunUp
-from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE
@@ -71,26 +70,25 @@ def test_keys_are_read(drum: Machine, keys: Mapping[str, Any], expected: dict[st
 
 
 REFUSED = {
-    "unknown": ({"untill": 1}, r"study\.untill: given 1; unknown key; did you mean 'until'"),
-    "three ends": ({"until": 1, "turns": 1}, "one of until, turns and settled"),
-    "no end": ({"settled": False}, r"study\.settled: given False"),
-    "model": ({"model": "fast"}, r"study\.model: given 'fast'; must be 'full', 'slow' or 'both'"),
-    "order": ({"model": "slow", "order": 3}, r"study\.order: given 3; must be 1 or 2"),
-    "inertia": ({"model": "slow", "inertia": "no"}, r"study\.inertia: given 'no'; must be true or false"),
-    "order of the full": ({"order": 2}, r"study\.order: given 2; allowed only with model"),
-    "until 0": ({"until": 0}, r"study\.until: given 0; must be a time greater than 0"),
-    "until NaN": ({"until": math.nan}, r"study\.until: given nan; must be a finite time"),
-    "tolerance 0": ({"tolerance": 0}, r"study\.tolerance: given 0;"),
-    "tolerance too small": ({"tolerance": 1e-17}, r"study\.tolerance: given 1e-17; must be between"),
-    "tolerance too large": ({"tolerance": 0.1}, r"study\.tolerance: given 0\.1; must be between"),
-    "speed limit": ({"speed_limit": -1}, r"study\.speed_limit: given -1"),
+    "unknown": {"untill": 1},
+    "three ends": {"until": 1, "turns": 1},
+    "no end": {"settled": False},
+    "model": {"model": "fast"},
+    "order": {"model": "slow", "order": 3},
+    "inertia": {"model": "slow", "inertia": "no"},
+    "order of the full": {"order": 2},
+    "until 0": {"until": 0},
+    "until NaN": {"until": math.nan},
+    "tolerance 0": {"tolerance": 0},
+    "tolerance too small": {"tolerance": 1e-17},
+    "tolerance too large": {"tolerance": 0.1},
+    "speed limit": {"speed_limit": -1},
 }
 
 
-@pytest.mark.parametrize(("keys", "says"), REFUSED.values(), ids=REFUSED.keys())
-def test_wrong_keys_are_refused(drum: Machine, keys: Mapping[str, Any], says: str) -> None:
-    with pytest.raises(InputError, match=says):
-        RunUp.from_table(keys)
+@pytest.mark.parametrize("case", REFUSED)
+def test_wrong_keys_are_refused(case: str) -> None:
+    check_refusal(f"run-up: {case}", lambda: RunUp.from_table(REFUSED[case]))
 
 
 def test_a_dimensionless_time_has_no_unit() -> None:

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.refusals import check_refusal
 
 import wucht
-from wucht.errors import InputError
 from wucht.files.user_system import UserSystem, equations_from
 
 FOLD = 2 / (3 * np.sqrt(3))  # of x' = mu + x - x^3: where mu = -(x - x^3) has its extremes
@@ -124,8 +124,8 @@ def test_maxima_are_those_of_the_orbit() -> None:
 
 @pytest.mark.parametrize("key", [{"rate": 1.0}, {"jump_tolerance": 1e-3}])
 def test_keys_of_machines_do_not_fit(key: dict[str, float]) -> None:
-    with pytest.raises(InputError, match="allowed for a machine only"):
-        wucht.run(wucht.Sweep(along="mu", range=(0.0, 1.0), **key), hysteresis())
+    question = wucht.Sweep(along="mu", range=(0.0, 1.0), **key)
+    check_refusal(f"sweep of equations: {key}", lambda: wucht.run(question, hysteresis()))
 
 
 LORENZ = {
