@@ -64,9 +64,9 @@ class OneThread:
 
     def __enter__(self) -> None:
         with self._lock:
-            self._run_count += 1
-            if self._run_count == 1 and not any(name in os.environ for name in _THREADS):
+            if self._run_count == 0 and not any(name in os.environ for name in _THREADS):
                 self._limit = self._libraries.limit(limits=1, user_api="blas")
+            self._run_count += 1
 
     def __exit__(self, *_error: object) -> None:
         with self._lock:

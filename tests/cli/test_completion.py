@@ -69,22 +69,50 @@ def test_files_and_the_machine_that_they_use(study: Study) -> None:
     assert answers("wucht run results/top.toml --set p1.l") == ["p1.length="]
 
 
-def test_in_bash(here: Path) -> None:
-    script = """
-        eval "$({program} --show-completion)"; wucht() {{ {program} "$@"; }}
-        COMP_WORDS=(wucht run practice/scr) COMP_CWORD=2; _wucht_completion {program}; echo "${{COMPREPLY[*]}}"
-        eval "$({program} completion bash)"; complete -p wucht"""
-    done = subprocess.run(["bash", "-c", script.format(program=PROGRAM)], capture_output=True, text=True, check=True)
+ASKED = """
+eval "$({program} completion bash)"
+wucht() {{ {program} "$@"; }}
+asked() {{
+    COMP_LINE="$1" COMP_POINT=${{#1}} COMPREPLY=() COMP_CWORD=$2
+    read -ra COMP_WORDS <<< "${{1//=/ = }}"
+    compopt() {{ echo -n "no blank after: "; }}
+    _wucht_complete
+    echo "${{COMPREPLY[*]}}"
+}}
+asked "wucht run practice/scr" 2
+asked "wucht run drozdetskaya-2020/r1 --set study.model=s" 6
+asked "wucht run drozdetskaya-2020/r1 --set study.mod" 4
+asked "wucht run my" 2
+asked "wucht run fol" 2
+complete -p wucht
+"""
+
+
+def test_in_bash(study: Study) -> None:
+    """Words that Readline splits at "=" are completed, blanks in names escaped; none follows KEY= or folder/."""
+    study(name="my drum.toml")
+    Path("folder").mkdir()
+    script = ASKED.format(program=PROGRAM)
+    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines() == [
         "practice/screen practice/screen-loaded practice/screen-unsynchronised",
-        "complete -o default -F _wucht_completion wucht",
+        "slow",
+        "no blank after: study.model=",
+        "my\\ drum.toml",
+        "no blank after: folder/",
+        "complete -o default -F _wucht_complete wucht",
     ]
+
+
+def test_a_file_that_is_no_study_is_passed_over(here: Path) -> None:
+    Path("number.toml").write_text('study = 3\n[machine]\nuse = "drozdetskaya-2020/r1"\n')
+    assert answers("wucht run number.toml --set st") == []
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_each_script_asks_the_program(here: Path, shell: str) -> None:
     done = subprocess.run([PROGRAM, "completion", shell], capture_output=True, text=True, check=True)
-    assert f"_WUCHT_COMPLETE=complete_{shell}" in done.stdout
+    assert f"_WUCHT_COMPLETE=complete_{'zsh' if shell == 'zsh' else 'fish'}" in done.stdout
 
 
 def test_an_unknown_shell(refused: Callable[..., str]) -> None:

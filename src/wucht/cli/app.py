@@ -10,6 +10,7 @@ from functools import wraps
 from typing import Any, cast
 
 import typer
+from typer.completion import completion_init  # type: ignore[attr-defined]
 
 import wucht
 from wucht.cli.surroundings import check_environment, fit_address_space
@@ -25,6 +26,7 @@ app = typer.Typer(
     name="wucht",
     help="Machines in which rotation and vibration act on each other: from a machine file to a verdict.",
     no_args_is_help=True,
+    add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -60,11 +62,11 @@ def register() -> None:
     app.registered_commands.clear()
     commands: dict[str, Callable[..., None]] = {
         "run": run, "compare": compare, "list": list_all, "new": new, "equations": equations, "plot": plot, "export": export,
-        "report": report, "share": share, "app": live_app,
+        "report": report, "share": share, "app": live_app, "completion": completion,
     }  # fmt: skip
     for name, command in commands.items():
         app.command(name)(_with_exit_errors(command, loads_libraries=name in _WITH_LIBRARIES))
-    app.command("completion", hidden=True)(completion)
+    completion_init()  # Typer knows the shells without being told only where it adds options of its own
 
 
 class _NobodyReadsError(Exception):

@@ -50,14 +50,13 @@ def settable_keys(context: typer.Context, incomplete: str) -> list[str]:
 
 def _keys_of_study(name: str, incomplete: str) -> Iterator[str]:
     """The keys of its question, though some may be missing yet, and the parameters of its machine or equations."""
-    from wucht.errors import WuchtError
     from wucht.files.catalogue import load_document
     from wucht.schema import keys_of
     from wucht.studies.registry import requested_study, studies
     from wucht.studies.study_file import DEFAULT_KIND
     from wucht.studies.subjects import subject_of
 
-    with suppress(WuchtError):  # errors in it are reported when it is run
+    with suppress(Exception):  # errors in it are reported when it is run
         document, path = load_document(name)
         question = requested_study({"kind": DEFAULT_KIND} | document.get("study", {})).study
         allowed_values = {key.name: key.allowed for key in keys_of(question)} | {"kind": ", ".join(studies())}

@@ -106,13 +106,6 @@ class SteppedEquations:
                 return
         yield replace(course, is_complete=True)
 
-    def _settle(self, subject: Subject) -> tuple[float, np.ndarray]:
-        """Return the time in which the motion from the start settles, and its state at the end."""
-        run = long_run(subject, self.start, tolerance=self.tolerance, engine=self.engine)
-        if run.failure is not None:
-            raise RunError(run.failure)
-        return run.end_time, run.states[:, -1]
-
     def _with_way(self, course: SweepCourse, name: str, way: Way) -> SweepCourse:
         system = self.subject.system
         rows = [i for i, state in enumerate(system.states) if state not in system.angles]

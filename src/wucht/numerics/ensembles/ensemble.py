@@ -81,8 +81,8 @@ def tiles(
 ) -> Iterator[EnsembleResult[R]]:
     """Integrate all members tile by tile, and yield their results in order: only a few per thread are in memory.
 
-    After Ctrl-C (``KeyboardInterrupt`` while the caller waits for the next tile, or raised
-    by ``report``) the threads stop, the completed tiles are still yielded, and then the interrupt is raised.
+    After Ctrl-C (``KeyboardInterrupt`` while the caller waits for the next tile, or raised by ``report``) the threads stop, the
+    completed tiles are still yielded, and then the interrupt is raised.
 
     Parameters
     ----------

@@ -245,9 +245,9 @@ def _state_vibration(
         np.array([dict(zip(machine.labels, row[name], strict=True)).get(way, zero) for way in "xy"])
         for name in ("displacement", "velocity", "bearing_force")
     )
-    throw = Throw.from_samples(time[inside], place[:, inside], velocity[:, inside], deck)
-    throw = throw.beyond(noise.angle * motion.observation.largest)
-    force = noise.without(largest_of(forces[:, inside]), largest_of(forces))
+    place, velocity, late_forces = (np.compress(inside, vector, axis=1) for vector in (place, velocity, forces))
+    throw = Throw.from_samples(time[inside], place, velocity, deck).beyond(noise.angle * motion.observation.largest)
+    force = noise.without(largest_of(late_forces), largest_of(forces))
     a.number("bearing_force", force, "largest force of all bodies together on the carrier", "N")
     for name, value in throw.numbers.items():
         a.number(name, value, *NUMBERS[name], headline=name == "machine_number")
