@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings, NominalState, special_points
+from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings, NominalState
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
+from wucht.dynamics.branches.special_states import special_states
 from wucht.dynamics.branches.steady_states import Kind, StatesAtValue
 from wucht.files.user_system import UserSystem
 
@@ -38,18 +39,19 @@ def test_special_points_of_several_branches_count_once_with_their_frequency() ->
     hopf = branch(1, 10, exponents, kinds=("",) * 4 + ("hopf", "", "branch-point") + ("",) * 3)
     crossing = branch(7, 16, kinds=("branch-point",) + ("",) * 9)
     elsewhere = replace(crossing, unknowns=crossing.unknowns + np.array([[1.0], [0.0]]))
-    branches = hopf, crossing, elsewhere
-    assert special_points(case(), branches) == [(0, 4), (0, 6), (2, 0)]
-    assert [branches[k].frequency(i) for k, i in ((0, 4), (0, 6), (2, 0))] == [7.0, None, None]
+    points = special_states(case(), (hopf, crossing, elsewhere))
+    assert [(p.kind, p.unknowns.tolist(), p.speed, p.branch, p.frequency) for p in points] == [
+        ("hopf", [10.0, 5.0], 10.0, 0, 7.0), ("branch-point", [14.0, 7.0], 14.0, 0, None),
+        ("branch-point", [15.0, 7.0], 15.0, 2, None),
+    ]  # fmt: skip
 
 
 def test_limits_of_stable_members_have_a_frequency_if_what_grows_there_oscillates() -> None:
     exponents = np.full((4, 10), -1.0, complex)
     exponents[:, 4], exponents[:, 6] = PAIRS, [*PAIRS[:2], 0.001, -1.0]
     kinds = ("",) * 4 + ("some-stable", "", "all-stable") + ("",) * 3
-    family = branch(1, 10, exponents, kinds=kinds, dimension=1, stable_share=(0.5,) * 10)
-    points = special_points(case(), (family,))
-    assert [(family.kinds[i], family.frequency(i)) for _, i in points] == [("some-stable", 7.0), ("all-stable", None)]
+    points = special_states(case(), (branch(1, 10, exponents, kinds=kinds, dimension=1, stable_share=(0.5,) * 10),))
+    assert [(p.kind, p.frequency) for p in points] == [("some-stable", 7.0), ("all-stable", None)]
 
 
 def test_growing_disturbances_are_counted_against_the_fastest_of_the_branch() -> None:

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 import sympy as sp
 
-from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings, special_points
+from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings
 from wucht.dynamics.branches.equilibrium_branches import ALL_STABLE, SOME_STABLE, EquilibriumBranch, StabilityLevel
 from wucht.dynamics.branches.family_curve import SAMPLED_MEMBERS
+from wucht.dynamics.branches.special_states import SpecialState, special_states
 from wucht.schema import Parameter
 from wucht.studies.answer import Answer
 from wucht.studies.motion_variables import join_arrays, state_steady_points
@@ -30,8 +31,8 @@ _WORDS = {
 def state_speeds(a: Answer, along: Parameter, second: Parameter | None, case: BranchCase, findings: BranchFindings) -> None:
     """State the answer, as far as branches are followed."""
     steady_states, bounds = case.steady_states, case.steady_states.bounds
-    labels, points = steady_states.labels, special_points(case, findings.branches)
-    a.sentence = _sentence(along, second, case, findings, [findings.branches[k].kinds[i] for k, i in points])
+    labels, special_points = steady_states.labels, special_states(case, findings.branches)
+    a.sentence = _sentence(along, second, case, findings, special_points)
     a.attribute(
         along=along.path, along_unit=along.unit, along_what=along.full_name, along_symbol=_symbol(along.path), low=bounds[0],
         high=bounds[1], shown=labels.ordinate, **({"subject": "system"} if labels.of_equations else {}),
@@ -50,7 +51,7 @@ def state_speeds(a: Answer, along: Parameter, second: Parameter | None, case: Br
     a.number("inertia", labels.inertia, "whether the averaged equations keep the inertia of the balancing bodies")
     _state_points(a, along, case, findings.branches)
     tables.state_branches(a, along, second, case, findings.branches)
-    tables.state_special_points(a, along, second, case, findings.branches, points)
+    tables.state_special_points(a, along, second, case, special_points)
     lines = tables.state_nominal_states(a, along, case, findings)
     tables.state_special_curves(a, along, second, case, findings.curves)
     for heading, text, at in lines:
@@ -102,13 +103,8 @@ def _state_searches(a: Answer, along: Parameter, findings: BranchFindings, speed
     searches, is_complete = findings.searches, findings.knows_all_states
     values = [s.value for s in searches if s.failure is None]
     a.curve("searched_value", [s.value for s in searches], along.full_name, along.unit, "search")
-    a.curve(
-        "searched_states",
-        np.array([len(s.points) + len(s.families) for s in searches], int),
-        "number of states there",
-        "",
-        "search",
-    )
+    counts = [len(s.points) + len(s.families) for s in searches]
+    a.curve("searched_states", np.array(counts, int), "number of states there", "", "search")
     a.number("searched", values, f"{along.full_name} at which all states were searched for", along.unit)
     a.number("complete", is_complete, "whether all states are known there")
     a.number("shown", findings.evidence(speed_unit), "evidence for that")
@@ -118,7 +114,7 @@ def _state_searches(a: Answer, along: Parameter, findings: BranchFindings, speed
 
 
 def _sentence(
-    along: Parameter, second: Parameter | None, case: BranchCase, findings: BranchFindings, special_kinds: Sequence[str]
+    along: Parameter, second: Parameter | None, case: BranchCase, findings: BranchFindings, points: Sequence[SpecialState]
 ) -> str:
     branches, (low, high) = findings.branches, case.steady_states.bounds
     if not branches:
@@ -136,7 +132,7 @@ def _sentence(
         part = f"none of them stable {'with all members' if partly else 'anywhere'}"
     if partly:
         part += f", {_count_phrase(partly, 'family', 'families')} with members that are stable and others that are not"
-    kinds = [kind for kind in special_kinds if kind not in (SOME_STABLE, ALL_STABLE)]
+    kinds = [s.kind for s in points if s.kind not in (SOME_STABLE, ALL_STABLE)]
     sentence = f"{count}, {part}; {_kinds_phrase(kinds) or 'no special point'}"
     if case.plane is None:
         return sentence

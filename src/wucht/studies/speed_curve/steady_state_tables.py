@@ -10,6 +10,7 @@ import numpy as np
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch, StabilityLevel
 from wucht.dynamics.branches.second_parameter import BifurcationCurve
+from wucht.dynamics.branches.special_states import SpecialState
 from wucht.dynamics.branches.steady_states import Labels, SteadyStates
 from wucht.numerics.periodic.branch_ends import significant_value
 from wucht.schema import Parameter
@@ -149,49 +150,42 @@ def _span(case: BranchCase, values: np.ndarray) -> list[float]:
 
 
 def state_special_points(
-    a: Answer, along: Parameter, second: Parameter | None, case: BranchCase, branches: Sequence[EquilibriumBranch],
-    points: Sequence[tuple[int, int]],
-) -> None:  # fmt: skip
-    """State the special points, with the frequency of the oscillation that begins there. points: of which branch, which one."""
-    labels, names, of_branches = case.steady_states.labels, case.steady_states.names, [branches[k] for k, _ in points]
-    states = [case.states_by_second_value[b.second] for b in of_branches]
-    seconds, kinds = [b.second for b in of_branches], [branches[k].kinds[i] for k, i in points]
-    unknowns, frequencies = [branches[k].unknowns[:, i] for k, i in points], [branches[k].frequency(i) for k, i in points]
-    places = list(zip(states, of_branches, points, strict=True))
-    exact_speeds = [float(s.ordinate(b.unknowns)[i]) for s, b, (_, i) in places]
-    amplitudes = [float(s.amplitude(b.unknowns)[i]) for s, b, (_, i) in places]
-    values = [significant_value(float(u[-1]), case.steady_states.bounds) for u in unknowns]
-    speeds = [_round_ordinate(s, speed) for s, speed in zip(states, exact_speeds, strict=True)]
+    a: Answer, along: Parameter, second: Parameter | None, case: BranchCase, special_points: Sequence[SpecialState]
+) -> None:
+    """State the special points, with the frequency of the oscillation that begins there."""
+    labels, names, states_at = case.steady_states.labels, case.steady_states.names, case.states_by_second_value
+    values = [significant_value(float(s.unknowns[-1]), case.steady_states.bounds) for s in special_points]
+    speeds = [_round_ordinate(states_at[s.second], s.speed) for s in special_points]
     frequency_unit = f"rad{labels.rate.removeprefix('1')}" if labels.rate else ""
-    a.curve("special_kind", np.array(kinds, "U20"), "kind of the special point", "", "special")
-    a.curve("special_value", [float(u[-1]) for u in unknowns], along.full_name, along.unit, "special")
+    a.curve("special_kind", np.array([s.kind for s in special_points], "U20"), "kind of the special point", "", "special")
+    a.curve("special_value", [float(s.unknowns[-1]) for s in special_points], along.full_name, along.unit, "special")
     if not labels.of_equations:
-        a.curve("special_speed", exact_speeds, labels.ordinate, labels.unit, "special")
-    column_kinds = ({} if labels.of_equations else {"amplitude": float}) | {"branch": int, "frequency": float}
-    free = parameter_columns((along, values), *([] if second is None else [(second, seconds)]))
+        a.curve("special_speed", [s.speed for s in special_points], labels.ordinate, labels.unit, "special")
+    kinds = ({} if labels.of_equations else {"amplitude": float}) | {"branch": int, "frequency": float}
+    free = parameter_columns((along, values), *([] if second is None else [(second, [s.second for s in special_points])]))
     a.table_of(
-        "special_points", "special points", over="special", kinds=column_kinds,
+        "special_points", "special points", over="special", kinds=kinds,
         optional=() if second is None else (second.path, "second_value"), columns=free | _of_subject(labels, {
-            "kind": (kinds, "kind"),
+            "kind": ([s.kind for s in special_points], "kind"),
             "speed": (speeds, labels.ordinate, labels.unit),
-            "state": ([_state_by_name(s, u) for s, u in zip(states, unknowns, strict=True)], "states of the equations"),
-            "amplitude": (amplitudes, "amplitude of the axis", labels.length),
-            "branch": ([k for k, _ in points], "branch"),
-            "frequency": (frequencies, "frequency of the oscillation that begins", frequency_unit),
+            "state": ([_state_by_name(states_at[s.second], s.unknowns) for s in special_points], "states of the equations"),
+            "amplitude": ([s.amplitude for s in special_points], "amplitude of the axis", labels.length),
+            "branch": ([s.branch for s in special_points], "branch"),
+            "frequency": ([s.frequency for s in special_points], "frequency of the oscillation that begins", frequency_unit),
         }),
     )  # fmt: skip
-    rows = np.array([u[:-1] for u in unknowns]).reshape(len(points), len(names)).T
-    a.curve("special_state", rows, "states of the equations", "", "state special")
-    for j, (kind, frequency) in enumerate(zip(kinds[:_MOST], frequencies, strict=False)):
-        place, second_value = f"{along.path} = {values[j]:.7g} {along.unit}".rstrip(), seconds[j]
-        if second is not None and second_value is not None:
-            place += f", {second.path} = {second_value:.6g} {second.unit}".rstrip()
-        remark = "" if frequency is None else f", oscillation with {frequency:.5g} {frequency_unit}".rstrip()
-        remark += f"; {_BESIDE[kind]}" if kind in _BESIDE else ""
-        text = f"{place}: {_place_text(labels, speeds[j], amplitudes[j])}{remark}"
-        a.line(f"{kind:12} ", text, at=f"special_points[{j}]")
-    if len(points) > _MOST:
-        a.line(f"and {len(points) - _MOST} more special points: see the Dataset", "")
+    states = np.array([s.unknowns[:-1] for s in special_points]).reshape(len(special_points), len(names)).T
+    a.curve("special_state", states, "states of the equations", "", "state special")
+    for i, point in enumerate(special_points[:_MOST]):
+        place = f"{along.path} = {values[i]:.7g} {along.unit}".rstrip()
+        if second is not None and point.second is not None:
+            place += f", {second.path} = {point.second:.6g} {second.unit}".rstrip()
+        remark = "" if point.frequency is None else f", oscillation with {point.frequency:.5g} {frequency_unit}".rstrip()
+        remark += f"; {_BESIDE[point.kind]}" if point.kind in _BESIDE else ""
+        text = f"{place}: {_place_text(labels, speeds[i], point.amplitude)}{remark}"
+        a.line(f"{point.kind:12} ", text, at=f"special_points[{i}]")
+    if len(special_points) > _MOST:
+        a.line(f"and {len(special_points) - _MOST} more special points: see the Dataset", "")
 
 
 def state_nominal_states(a: Answer, along: Parameter, case: BranchCase, findings: BranchFindings) -> list[tuple[str, str, str]]:
