@@ -293,6 +293,13 @@ def test_a_decay_that_is_slower_than_any_exponential_is_no_torus() -> None:
     assert (run.kind, run.advised_time) == (MotionKind.NOT_SETTLED, 240_000.0)
 
 
+def test_an_angle_that_turns_and_is_not_declared_covers_no_torus() -> None:
+    """x'' + x'/10 + sin x = 1/2 turns for ever: with x as a plain number the states return nowhere; as an angle, every turn."""
+    turning = {"x": "y", "y": "-sin(x) - 0.1*y + 0.5"}
+    assert run_of(turning, [0.0, 3.0]).kind is MotionKind.NOT_SETTLED
+    assert run_of(turning, [0.0, 3.0], angles=("x",)).kind is MotionKind.PERIODIC
+
+
 @pytest.mark.slow
 def test_a_torus_with_fast_parts_settles() -> None:
     """FitzHugh and Nagumo's equations beside an angle that turns freely."""

@@ -245,4 +245,6 @@ def _covers_one_set(points: np.ndarray) -> bool:
         return max(float(np.quantile(side.min(axis=1), _COVERAGE)) for side in sides)
 
     halves, random = np.arange(BLOCKS) < BLOCKS // 2, np.random.default_rng(0)
-    return any(gap(random.permutation(halves)) >= gap(halves) for _ in range(_SPLITS))
+    splits = [random.permutation(halves) for _ in range(_SPLITS)]
+    apart = gap(halves)
+    return any(gap(split) >= apart for split in splits if len({*(split ^ halves).tolist()}) > 1)  # others are the halves
