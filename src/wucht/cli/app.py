@@ -66,7 +66,7 @@ def register() -> None:
     }  # fmt: skip
     for name, command in commands.items():
         app.command(name)(_with_exit_errors(command, loads_libraries=name in _WITH_LIBRARIES))
-    completion_init()  # Typer knows the shells without being told only where it adds options of its own
+    completion_init()  # registers the shells; Typer does so itself only with its own options for completion
 
 
 class _NobodyReadsError(Exception):

@@ -106,8 +106,8 @@ def run_and_print(
         )
         files = (RESULT, *figure_names(study_file.spec.kind, format_), SUMMARY)
         options = {"resume": resume, "progress": report, "scheduler": scheduler, "announce": progress.announce}
-        is_all_ours = all(entry.place.startswith("wucht.") for entry in studies().values())  # others may compute with dask
-        with without_dask() if is_all_ours and scheduler is None else nullcontext():
+        has_foreign_studies = any(not entry.place.startswith("wucht.") for entry in studies().values())  # they may need dask
+        with nullcontext() if has_foreign_studies or scheduler is not None else without_dask():
             result = run_study(
                 study_file, folder=folder, files=files, write=presentation.write, summarise=presentation.summarise, **options
             )

@@ -245,6 +245,6 @@ def _covers_one_set(points: np.ndarray) -> bool:
         return max(float(np.quantile(side.min(axis=1), _COVERAGE)) for side in sides)
 
     halves, random = np.arange(BLOCKS) < BLOCKS // 2, np.random.default_rng(0)
-    splits = [random.permutation(halves) for _ in range(_SPLITS)]
-    apart = gap(halves)
-    return any(gap(split) >= apart for split in splits if len({*(split ^ halves).tolist()}) > 1)  # others are the halves
+    splits = (random.permutation(halves) for _ in range(_SPLITS))
+    between_halves = gap(halves)
+    return any(gap(split) >= between_halves for split in splits if 0 < (split == halves).sum() < BLOCKS)  # not the halves again
