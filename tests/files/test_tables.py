@@ -11,7 +11,7 @@ from tests.refusals import refused
 from wucht.errors import InputError
 from wucht.files.tables import SPEED_TORQUE, read_table, with_tables
 
-many = settings(max_examples=200, deadline=None, derandomize=True)
+many = settings(max_examples=200, deadline=None)
 RPM = math.pi / 30
 
 

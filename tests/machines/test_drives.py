@@ -12,7 +12,7 @@ from wucht.errors import InputError
 from wucht.machines.parts import drives
 from wucht.schema import validate_table
 
-few = settings(max_examples=40, deadline=None, derandomize=True)
+few = settings(max_examples=40, deadline=None)
 INDUCTION = {
     "on": "m", "voltage": "230 V", "frequency": "50 Hz", "pole_pairs": 2, "stator_resistance": "0.5 ohm",
     "rotor_resistance": "0.4 ohm", "stator_reactance": "1.1 ohm", "rotor_reactance": "1.2 ohm",

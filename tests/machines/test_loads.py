@@ -13,7 +13,7 @@ from wucht.machines.parts.base import Frame
 from wucht.mechanics.lagrange import Coordinate
 from wucht.schema import validate_table
 
-few = settings(max_examples=40, deadline=None, derandomize=True)
+few = settings(max_examples=40, deadline=None)
 
 DESCRIBED = {
     "viscous": {"coefficient": "0.2 N m s"},

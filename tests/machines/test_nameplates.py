@@ -13,7 +13,7 @@ from wucht.machines.parts import DCSeparate, Induction
 from wucht.machines.parts.equivalent_circuit import EquivalentCircuit, displacement, fitted_circuit
 from wucht.machines.parts.nameplate import InductionNameplate
 
-few = settings(max_examples=25, deadline=None, derandomize=True)
+few = settings(max_examples=25, deadline=None)
 SLIPS = (-1.0, -0.3, -0.02, 0.001, 0.02, 0.1, 0.3, 0.7, 1.0, 1.8)
 
 # P. C. Krause, Analysis of Electric Machinery, table 4.10-1: 60 Hz, four poles. Horse power: line voltage, rated rpm, R_1, R_2,

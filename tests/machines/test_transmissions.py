@@ -62,7 +62,7 @@ def test_what_arrives_when_the_motor_drives_and_when_it_is_driven(before, factor
     assert (np.diff(rows["dissipated_work"]) >= 0).all()
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60, deadline=None)
 @given(
     torque=st.floats(-20, 20), speed=st.floats(-3, 3), efficiency=st.floats(0.05, 1.0), ratio=st.floats(0.2, 50.0),
 )  # fmt: skip

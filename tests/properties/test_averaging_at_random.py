@@ -17,7 +17,7 @@ from wucht.mechanics.trigonometric import trigonometric_polynomial
 from wucht.system import TIME, System
 
 few = settings(
-    max_examples=25, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck),
+    max_examples=25, deadline=None, suppress_health_check=list(HealthCheck),
     phases=(Phase.explicit, Phase.generate),
 )  # fmt: skip
 x, y, a, b, epsilon = sp.symbols("x y a b epsilon", real=True)

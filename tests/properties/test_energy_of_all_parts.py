@@ -16,7 +16,7 @@ from wucht.machines.machine import DISSIPATED_WORK, SUPPLIED_WORK
 from wucht.machines.schedules import SCHEDULE_WORK
 
 few = settings(
-    max_examples=10, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck),
+    max_examples=10, deadline=None, suppress_health_check=list(HealthCheck),
     phases=(Phase.explicit, Phase.generate),  # each example compiles: nothing is simplified
 )  # fmt: skip
 

@@ -20,7 +20,7 @@ from wucht.numerics.flow.integration import integrate
 
 TURN = 2 * math.pi
 few = settings(
-    max_examples=10, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck),
+    max_examples=10, deadline=None, suppress_health_check=list(HealthCheck),
     phases=(Phase.explicit, Phase.generate),  # a failing machine is shown as drawn: to simplify it takes minutes of compiling
 )  # fmt: skip
 

@@ -16,7 +16,7 @@ from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 
 few = settings(
-    max_examples=12, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck),
+    max_examples=12, deadline=None, suppress_health_check=list(HealthCheck),
     phases=(Phase.explicit, Phase.generate),
 )  # fmt: skip
 

@@ -38,7 +38,7 @@ def planes(draw: st.DrawFn) -> System:
     return System((X, Y), (P * X - Y + quadratic[0] + damped * X, X + P * Y + quadratic[1] + damped * Y), (P,))
 
 
-@settings(max_examples=6, deadline=None, derandomize=True)
+@settings(max_examples=6, deadline=None)
 @given(planes(), LONG)
 def test_no_period_doubles_in_a_plane(system: System, most: float) -> None:
     assert_no_multiplier_is_negative(system, most)
@@ -78,7 +78,7 @@ SYMMETRIC = st.tuples(
 
 
 @pytest.mark.slow
-@settings(max_examples=6, deadline=None, derandomize=True)
+@settings(max_examples=6, deadline=None)
 @given(SYMMETRIC, st.sampled_from([0.02, 0.1, 0.5]))
 def test_where_a_symmetry_breaks_two_branches_cross(drawn: Drawn, most: float) -> None:
     assert_its_symmetry_breaks(drawn, most)

@@ -21,7 +21,7 @@ from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 
 few = settings(
-    max_examples=25, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck),
+    max_examples=25, deadline=None, suppress_health_check=list(HealthCheck),
     phases=(Phase.explicit, Phase.generate),
 )  # fmt: skip
 UNBALANCE = st.floats(0.002, 0.03)

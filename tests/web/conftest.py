@@ -34,7 +34,7 @@ def browser() -> Iterator[Browser]:
         try:
             chromium = playwright.chromium.launch(executable_path=executable, args=["--no-sandbox"])
         except Error:
-            pytest.skip("no Chromium is installed: `make test-web` installs one")
+            pytest.skip("no Chromium is installed: `.venv/bin/playwright install chromium-headless-shell` installs one")
         yield chromium
         chromium.close()
 

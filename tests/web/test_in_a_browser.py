@@ -1,4 +1,4 @@
-"""The page in a real browser. One test is quick; `make test-web` runs all."""
+"""The page in a real browser. One test is quick."""
 
 from __future__ import annotations
 

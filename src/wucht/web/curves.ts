@@ -39,7 +39,7 @@ export function curveValues(course: Course, panel: Panel, curve: Curve): Values 
     const place = curve.output;
     return Float64Array.from({ length: count }, (_, k) => course.outputs[k * m + place]! / panel.size);
   }
-  const values = new Array<number | null>(count);
+  const values = Array.from<number | null>({ length: count });
   let last = 0;
   for (let k = 0; k < count; k++) {
     const phase = phaseOf(course.states, k * n, curve);

@@ -74,8 +74,8 @@ function distinct(frequencies: readonly number[]): number[] {
 export function naturalFrequencies(entries: ArrayLike<number>, size: number): number[] {
   const lower = cholesky(entries, size);
   if (lower === null) return [];
-  const matrix = Array.from({ length: size }, (_, i) =>
-    Array.from({ length: size }, (_, j) => entries[size * (size + i) + j]!),
+  const matrix = Array.from({ length: size }, (_row, i) =>
+    Array.from({ length: size }, (_entry, j) => entries[size * (size + i) + j]!),
   );
   for (const transposed of [false, true]) {
     for (let column = 0; column < size; column++) {
@@ -93,7 +93,7 @@ export function naturalFrequencies(entries: ArrayLike<number>, size: number): nu
 }
 
 function cholesky(entries: ArrayLike<number>, size: number): number[][] | null {
-  const lower = Array.from({ length: size }, () => new Array<number>(size).fill(0));
+  const lower = Array.from({ length: size }, () => Array.from({ length: size }, () => 0));
   for (let i = 0; i < size; i++) {
     for (let j = 0; j <= i; j++) {
       let sum = entries[size * i + j]!;

@@ -58,9 +58,12 @@ function drawBar(pen: Pen, x: number, y: number, { length, words }: Bar, colour:
   return end + NEAR + context.measureText(words).width;
 }
 
+function threeDigits(value: number): string {
+  return String(Number(value.toPrecision(3)));
+}
+
 /** A length in m as text. */
 function lengthText(length: number): string {
-  const number = (value: number): string => String(Number(value.toPrecision(3)));
-  if (length >= 1) return `${number(length)} m`;
-  return length >= 1e-3 ? `${number(1e3 * length)} mm` : `${number(1e6 * length)} µm`;
+  if (length >= 1) return `${threeDigits(length)} m`;
+  return length >= 1e-3 ? `${threeDigits(1e3 * length)} mm` : `${threeDigits(1e6 * length)} µm`;
 }

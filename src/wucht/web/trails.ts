@@ -54,7 +54,8 @@ export class Trails {
   /** The largest displacement from rest in a course: of the axis, which is the output at this place, and of the deck. */
   largest(course: Course, place: number): number {
     let largest = this._deck === null ? 0 : largestOfDeck(this._deck, course, this._size.n);
-    for (let k = place; place >= 0 && k < course.outputs.length; k += this._size.m)
+    if (place < 0) return largest;
+    for (let k = place; k < course.outputs.length; k += this._size.m)
       largest = Math.max(largest, Math.abs(course.outputs[k]!));
     return largest;
   }

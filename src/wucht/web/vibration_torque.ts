@@ -128,7 +128,7 @@ function solve(a: Float64Array, b: Float64Array, x: Float64Array, size: number):
   for (let k = 0; k < size; k++) {
     let pivot = k;
     for (let i = k + 1; i < size; i++) {
-      if (square(a, b, i * size + k) > square(a, b, pivot * size + k)) pivot = i;
+      if (squareOf(a, b, i * size + k) > squareOf(a, b, pivot * size + k)) pivot = i;
     }
     if (pivot !== k) {
       for (let j = 0; j < size; j++) {
@@ -168,7 +168,7 @@ function solve(a: Float64Array, b: Float64Array, x: Float64Array, size: number):
   }
 }
 
-function square(a: Float64Array, b: Float64Array, i: number): number {
+function squareOf(a: Float64Array, b: Float64Array, i: number): number {
   return a[i]! * a[i]! + b[i]! * b[i]!;
 }
 

@@ -96,7 +96,7 @@ def test_freudenstein(linkage, branch):
     assert np.exp(1j * linkage.output_at(rho)) == pytest.approx(turned / np.abs(turned), abs=1e-12)
 
 
-@settings(max_examples=150, deadline=None, derandomize=True)
+@settings(max_examples=150, deadline=None)
 @given(st.one_of(four_bars(), slider_cranks()), shares)
 def test_there_and_back(linkage, share):
     """psi -> rho -> psi, and the derivatives of that. An error of rho comes back larger by as much as the output is faster."""
@@ -110,7 +110,7 @@ def test_there_and_back(linkage, share):
         assert composed_derivative(back, forth[: order + 1]) == pytest.approx(float(order == 1), abs=1e-9 * max(1, terms))
 
 
-@settings(max_examples=100, deadline=None, derandomize=True)
+@settings(max_examples=100, deadline=None)
 @given(four_bars(), shares)
 def test_the_coupler_keeps_its_length(linkage, share):
     """From the output's angle, which the reference position and psi give, and the lever's."""
@@ -124,7 +124,7 @@ def test_the_coupler_keeps_its_length(linkage, share):
     assert abs(rod) == pytest.approx(b, abs=1e-11)
 
 
-@settings(max_examples=200, deadline=None, derandomize=True)
+@settings(max_examples=200, deadline=None)
 @given(four_bars())
 def test_grashof(linkage):
     """The lever turns round if shortest plus longest are less than the others and it, or the ground, is shortest."""
@@ -182,7 +182,7 @@ def test_with_a_long_rod_the_slider_follows_the_cosine(rod, branch):
     assert linkage.output_at(rho, 3) == pytest.approx(crank * np.sin(alpha), abs=0.4 / rod)
 
 
-@settings(max_examples=50, deadline=None, derandomize=True)
+@settings(max_examples=50, deadline=None)
 @given(four_bars(), shares)
 def test_the_mirror_image_is_crossed(linkage, share):
     g, a, b, c = linkage.ground, linkage.input, linkage.coupler, linkage.output

@@ -15,7 +15,7 @@ from motions import truth
 
 from wucht.dynamics.verdicts.outcomes import Evidence, Locking, Outcome, classify
 
-always = settings(max_examples=500, deadline=None, derandomize=True)
+always = settings(max_examples=500, deadline=None)
 
 FREE, RESONANCE = 200.0, 101.0
 
