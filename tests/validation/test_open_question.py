@@ -127,7 +127,6 @@ def _ending(beta_r: float, sigma: float) -> OrbitEnding:
     return ending_at(there, (beta_r, sigma), lambda: None)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("beta_r", "sigma", "kind"),
     [

@@ -211,7 +211,6 @@ def damped_phases(table: int, speed: float, near: tuple[float, float], damping: 
     return np.degrees(fsolve(torques, np.radians(near), xtol=1e-12))
 
 
-@pytest.mark.slow
 # Quick are the largest shift, and each table and each speed once.
 @pytest.mark.parametrize(
     ("table", "speed"),

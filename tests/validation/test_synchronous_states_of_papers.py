@@ -75,7 +75,6 @@ def nearest(entries: list[Entry], phases: tuple[float, ...]) -> Entry:
     return min(entries, key=apart)
 
 
-@pytest.mark.slow
 # Quick is the lowest speed of the first table and the highest of the others.
 @pytest.mark.parametrize(
     ("table", "column"),
