@@ -7,6 +7,8 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 Study = Callable[..., Path]
 UNUSED = {"dask", "distributed", "heyoka", "rich", "clarabel", "pymoo", "SALib", "IPython", "fastapi"}
 UNUSED_MODULES = {"matplotlib.pyplot", "scipy.integrate", "scipy.linalg", "scipy.optimize", "scipy.special", "scipy.stats"}
@@ -62,6 +64,15 @@ def test_a_warm_run_loads_no_library_that_it_does_not_use(study: Study) -> None:
     assert {"wucht", "numpy", "xarray", "matplotlib"} <= packages
     assert packages & UNUSED == set()
     assert modules & UNUSED_MODULES == set()
+
+
+@pytest.mark.parametrize("command", ["plot", "report", "export"])
+def test_what_shows_a_result_loads_neither_dask_nor_heyoka(command: str, study: Study) -> None:
+    _loaded_modules("run", study(), "-o", "out")
+    words = ["out", "--csv"] if command == "export" else ["out"]
+    packages = {module.partition(".")[0] for module in _loaded_modules(command, *words)}
+    assert "xarray" in packages
+    assert packages & {"dask", "distributed", "heyoka"} == set()
 
 
 def test_a_study_of_ones_own_may_compute_with_dask(study: Study) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from functools import wraps
 from typing import Any, cast
 
@@ -13,7 +13,7 @@ import typer
 from typer.completion import completion_init  # type: ignore[attr-defined]
 
 import wucht
-from wucht.cli.surroundings import check_environment, fit_address_space
+from wucht.cli.surroundings import check_environment, fit_address_space, without_dask
 from wucht.environment import set_threads
 from wucht.errors import InputError, WuchtError
 from wucht.file_names import printable
@@ -85,7 +85,8 @@ def _with_exit_errors(command: Callable[..., None], *, loads_libraries: bool) ->
             if loads_libraries:
                 set_threads()
                 fit_address_space()
-            command(*arguments, **options)
+            with without_dask() if loads_libraries and options.get("scheduler") is None else nullcontext():
+                command(*arguments, **options)
         except KeyboardInterrupt as error:
             raise typer.Abort(str(error)) from None
         except BrokenPipeError:

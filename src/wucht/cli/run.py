@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -83,13 +82,12 @@ def run_and_print(
     """
     from wucht.cli.presenting import Presentation
     from wucht.cli.progress import Progress
-    from wucht.cli.surroundings import interrupt_check, without_dask
+    from wucht.cli.surroundings import interrupt_check
     from wucht.results.attempts import is_attempt_warning
     from wucht.results.formatting import units_in_print
     from wucht.results.output_folder import SUMMARY
     from wucht.results.store import RESULT, to_json
     from wucht.studies.memory import interruption
-    from wucht.studies.registry import studies
     from wucht.studies.study_file import run_study
 
     start_time = time.perf_counter()
@@ -106,11 +104,9 @@ def run_and_print(
         )
         files = (RESULT, *figure_names(study_file.spec.kind, format_), SUMMARY)
         options = {"resume": resume, "progress": report, "scheduler": scheduler, "announce": progress.announce}
-        has_foreign_studies = any(not entry.place.startswith("wucht.") for entry in studies().values())  # they may need dask
-        with nullcontext() if has_foreign_studies or scheduler is not None else without_dask():
-            result = run_study(
-                study_file, folder=folder, files=files, write=presentation.write, summarise=presentation.summarise, **options
-            )
+        result = run_study(
+            study_file, folder=folder, files=files, write=presentation.write, summarise=presentation.summarise, **options
+        )
     accessor = result.wucht
     if as_json:
         sys.stdout.write(to_json(presentation.document) + "\n")

@@ -56,11 +56,14 @@ def without_figure_settings() -> None:
 
 @contextmanager
 def without_dask() -> Iterator[None]:
-    """Hide dask from xarray, which imports it wherever it is installed: a tenth of the time of a run that has no use for it.
+    """Hide dask from xarray, which imports it wherever it is installed: a tenth of the time of a command without use for it.
 
-    Nothing changes where either is loaded already.
+    Nothing changes where either is loaded already, nor where there are studies of another package, which may compute with it.
     """
-    if "dask" in sys.modules or "xarray" in sys.modules:
+    from wucht.studies.registry import studies
+
+    has_foreign_studies = any(not entry.place.startswith("wucht.") for entry in studies().values())
+    if has_foreign_studies or "dask" in sys.modules or "xarray" in sys.modules:
         yield
         return
     sys.modules["dask"] = None  # type: ignore[assignment]  # Python's way to say that there is no such module
