@@ -8,13 +8,14 @@ by the inverse square of their period.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from wucht.dynamics.branches.orbit_branches import StoredOrbit
+from wucht.dynamics.branches.orbit_branches import BranchEnd, PeriodicBranch, StoredOrbit
 from wucht.dynamics.branches.orbit_diagram import OrbitFindings, follow_orbits
 from wucht.dynamics.branches.orbit_problem import OrbitProblem
 from wucht.dynamics.work import Work
@@ -68,12 +69,19 @@ def distance(problem: OrbitProblem, orbit: StoredOrbit, equilibrium: np.ndarray)
     return float(np.linalg.norm(away / extents(orbit), axis=1).min())
 
 
+def ways_of(branch: PeriodicBranch) -> Iterator[tuple[BranchEnd, list[StoredOrbit]]]:
+    """Each end of a branch, with the orbits on the way to it."""
+    orbits = [o for o in branch.stored_orbits if not o.kind]
+    return zip(reversed(branch.ends), (orbits, orbits[::-1]), strict=False)
+
+
 @pytest.mark.parametrize("name", FILES)
 def test_ends_are_those_of_orbits_that_integration_confirms(name: str) -> None:
     problem, findings = branches(name)
-    for part in (p for b in findings.branches for p in b.parts):
-        end, last = part.end, [o for o in part.stored_orbits if not o.kind][-1]
-        before = [o for o in part.stored_orbits if not o.kind and o.period < last.period / 1.3]
+    ways = [way for branch in findings.branches for way in ways_of(branch)]
+    for end, orbits in ways:
+        last = orbits[-1]
+        before = [o for o in orbits if o.period < last.period / 1.3]
         assert end.kind in {"saddle-node-on-orbit", "saddle-connection", "range"}, end.sentence
         rates = np.sort(end.eigenvalues.real) if len(end.eigenvalues) else np.ones(1)
         assert gap(problem, last, float(np.abs(rates).max())) < CLOSES

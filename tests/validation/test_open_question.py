@@ -24,7 +24,6 @@ from scipy.optimize import brentq, fsolve
 from wucht import StabilityMap, run
 from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.analysis.sections import section_of
-from wucht.dynamics.branches.ending_curves import BOTH_VANISH, RETURNS, TO_SADDLE, curves_between
 from wucht.dynamics.branches.ending_map_case import EndingMapCase
 from wucht.dynamics.branches.orbit_endings import OrbitEnding, ending_at
 from wucht.files.catalogue import load_machine
@@ -158,22 +157,6 @@ def test_saddle_connection_of_the_middle_region() -> None:
         states = integrate(compile_system(system, 1e-12), start, parameters, np.linspace(0, 4e4, 4001)).states
         rotates.append(not is_at_rest(states[:, -500:]))
     assert rotates == [True, False]
-
-
-@pytest.mark.slow
-def test_the_curves_from_two_places() -> None:
-    """Boundary value problems alone: from the last orbit at one place to the point where the regions meet, and beyond."""
-    case = _case()
-    found = curves_between(case.motion, case.plane, _ending(1.0, 0.08), _ending(0.5, 0.08), lambda _: None)
-    (point,) = found.points
-    assert (point.x, point.y, point.value) == pytest.approx(DOUBLE, rel=1e-6)
-    assert found.omissions == ()
-    kinds = {c.kind: c for c in found.curves}
-    assert set(kinds) == {RETURNS, TO_SADDLE, BOTH_VANISH}
-    first = kinds[RETURNS]
-    order = np.argsort(first.y)
-    assert np.interp(0.1, first.y[order], first.x[order]) == pytest.approx(1.0208205, abs=1e-4)
-    assert np.interp(0.1, first.y[order], first.value[order]) == pytest.approx(5.8710372, abs=1e-3)
 
 
 @pytest.mark.slow
