@@ -68,7 +68,6 @@ def test_mean_and_harmonics_are_the_expression(expression):
         assert whole(time) == approx(parts(time), abs=1e-11)
 
 
-@pytest.mark.slow
 @few
 @given(polynomials, polynomials)
 def test_the_transformation_has_mean_zero_and_solves_its_equation(f, g):

@@ -6,7 +6,6 @@ Work of the motors, of prescribed motions and of schedules, less what dampers an
 import math
 
 import numpy as np
-import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
@@ -105,7 +104,6 @@ def machines(draw):
     return document, start
 
 
-@pytest.mark.slow
 @few
 @given(machines())
 def test_energy_is_booked_completely(drawn):

@@ -109,7 +109,6 @@ def assert_equal(one, other, tolerance):
 
 @few
 @given(machines(), angles)
-@pytest.mark.slow
 def test_energy_is_booked_completely(document, start):
     """Work of the motor less what the dampers take is what is stored: full equations, outputs and quadratures together."""
     run = motion(document, start_of(document, start), twenty_turns(document))
@@ -119,7 +118,6 @@ def test_energy_is_booked_completely(document, start):
     assert (np.diff(run[DISSIPATED_WORK]) >= 0).all()  # dampers only take
 
 
-@pytest.mark.slow
 @few
 @given(machines(("P", "PR")), angles)
 def test_a_run_up_reports_its_energy_residual(document, start):
@@ -128,7 +126,6 @@ def test_a_run_up_reports_its_energy_residual(document, start):
     assert result.wucht.summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.slow
 @needs_heyoka
 @few
 @given(machines(("", "PP", "PR")), angles)
@@ -142,7 +139,6 @@ def test_the_motion_is_that_of_a_witness(document, start):
         assert_equal(signal, run[name], 1e-9)
 
 
-@pytest.mark.slow
 @few
 @given(machines(("PP", "PR")), angles)
 def test_the_order_of_bodies_in_the_file_does_not_matter(document, start):
@@ -168,7 +164,6 @@ def test_equal_pendulums_may_change_places(document, order, start):
         assert_equal(reference[name], swapped[name], 1e-8)
 
 
-@pytest.mark.slow
 @few
 @given(machines(isotropic=True, gravity=0.0), angles, numbers(-3.1, 3.1))
 def test_a_turned_frame_turns_the_orbit_and_nothing_else(document, start, turn):
@@ -188,7 +183,6 @@ def test_a_turned_frame_turns_the_orbit_and_nothing_else(document, start, turn):
         assert_equal(one[name], other[name], 1e-8)
 
 
-@pytest.mark.slow
 @few
 @given(machines(gravity=0.0), angles)
 def test_the_mirror_image_that_turns_the_other_way(document, start):
@@ -201,7 +195,6 @@ def test_the_mirror_image_that_turns_the_other_way(document, start):
         assert_equal(signal, -other[name] if odd else other[name], 1e-8)
 
 
-@pytest.mark.slow
 @few
 @given(machines(gravity=9.81), angles)
 def test_the_mirror_image_under_gravity(document, start):
@@ -235,7 +228,6 @@ def in_units(table, units):
     return {key: say(key, value) for key, value in table.items()}
 
 
-@pytest.mark.slow
 @few
 @given(machines(("P", "PR")), angles)
 def test_the_units_of_the_file_do_not_matter(document, start):
@@ -255,7 +247,6 @@ def test_the_units_of_the_file_do_not_matter(document, start):
         assert_equal(one[name].values[..., -1], other[name].values[..., -1], 1e-8)
 
 
-@pytest.mark.slow
 @few
 @given(machines(), angles, numbers(0.2, 5.0), numbers(0.2, 5.0), numbers(0.2, 5.0))
 def test_a_machine_scaled_in_mass_length_and_time_is_the_same_machine(document, start, mass, length, time):

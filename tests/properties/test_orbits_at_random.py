@@ -77,7 +77,6 @@ SYMMETRIC = st.tuples(
 )
 
 
-@pytest.mark.slow
 @settings(max_examples=6, deadline=None)
 @given(SYMMETRIC, st.sampled_from([0.02, 0.1, 0.5]))
 def test_where_a_symmetry_breaks_two_branches_cross(drawn: Drawn, most: float) -> None:

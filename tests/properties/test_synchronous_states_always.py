@@ -9,7 +9,6 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
@@ -84,7 +83,6 @@ def _at_an_end(torques: SteadyTorques, speed: float) -> bool:
     return bool((np.abs(np.abs(ratios) - 1) < 1e-2).any())
 
 
-@pytest.mark.slow
 @few
 @given(UNBALANCE, UNBALANCE, st.integers(2, 6), SPEED, DAMPING)
 def test_equal_bodies_may_be_exchanged(rotor: float, ball: float, count: int, speed: float, damping: float) -> None:
@@ -97,7 +95,6 @@ def test_equal_bodies_may_be_exchanged(rotor: float, ball: float, count: int, sp
     assert equal == different
 
 
-@pytest.mark.slow
 @few
 @given(UNBALANCE, st.lists(UNBALANCE, min_size=3, max_size=8))
 def test_the_family_compensates(rotor: float, balls: list[float]) -> None:
@@ -126,7 +123,6 @@ def test_the_machine_turned_by_a_right_angle(a: float, b: float, c: float, speed
         assert min(turned(state, twin) for twin in turned_states) < 1e-6
 
 
-@pytest.mark.slow
 @few
 @given(st.integers(0, 10_000), st.sampled_from([None, 60.0]), st.floats(0.001, 1.0), st.floats(0.001, 20.0))
 def test_the_bounds_on_the_jacobian_hold(seed: int, held: float | None, turn: float, wide: float) -> None:

@@ -156,19 +156,17 @@ def assert_same_angles(one, other, sense=1):
         assert math.remainder(sense * other[name] - angle, TURN) == pytest.approx(0.0, abs=1e-4), name
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_each_machine_ends_as_it_was_made_to(case):
     assert as_it_is(case)["outcome"] == case
     assert case in ("entrained", "synchronised") or as_it_is(case)["settling_time"] > 0
 
 
-@pytest.mark.parametrize("case", [pytest.param(c, marks=pytest.mark.slow) if c == "captured" else c for c in CASES])
+@pytest.mark.parametrize("case", CASES)
 def test_the_units_of_the_file_do_not_matter_for_the_verdict(case):
     assert_same(as_it_is(case), verdict(*in_workshop_units(*CASES[case])))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_the_order_of_bodies_and_drives_does_not_matter_for_the_verdict(case):
     assert_same(as_it_is(case), verdict(*in_another_order(*CASES[case])))
@@ -183,12 +181,11 @@ def test_which_of_two_exciters_is_the_first_does_not_matter_for_the_verdict():
     assert math.remainder(other["rotor_phases"]["e1"] + one["rotor_phases"]["e2"], TURN) == pytest.approx(0.0, abs=1e-4)
 
 
-@pytest.mark.parametrize("case", [pytest.param(c, marks=pytest.mark.slow) if c == "captured" else c for c in CASES])
+@pytest.mark.parametrize("case", CASES)
 def test_the_mirror_image_has_the_mirrored_verdict(case):
     assert_same(as_it_is(case), verdict(*mirrored(*CASES[case])), sense=-1)
 
 
-@pytest.mark.slow
 def test_the_mirror_image_is_as_close_to_the_end_of_its_branch():
     """A pendulum whose pivot lies beside the axis: its phase decides how much unbalance there is, and that whether the drive
     could hold a higher speed too."""
@@ -211,7 +208,6 @@ def test_the_mirror_image_is_as_close_to_the_end_of_its_branch():
     assert found == [("passed", True)] * 2
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("rate", [10.0, 1e-3])
 @pytest.mark.parametrize("case", CASES)
 def test_the_time_scale_does_not_matter_for_the_verdict(case, rate):

@@ -50,13 +50,11 @@ def agrees(share: float, count: int, published: float) -> bool:
     return bool(abs(share - published) < 3 * np.sqrt(variance))
 
 
-@pytest.mark.parametrize("count", [200, pytest.param(3000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [200, 3000])
 @pytest.mark.parametrize(
     "published",
     [
-        pytest.param(
-            {MotionKind.EQUILIBRIUM: 0.642, MotionKind.PERIODIC: 0.193, MotionKind.CHAOTIC: 0.165}, marks=pytest.mark.slow
-        ),
+        {MotionKind.EQUILIBRIUM: 0.642, MotionKind.PERIODIC: 0.193, MotionKind.CHAOTIC: 0.165},
         {MotionKind.EQUILIBRIUM: 0.645, MotionKind.PERIODIC: 0.175, MotionKind.CHAOTIC: 0.18},
     ],
 )
@@ -76,7 +74,6 @@ def shares_of_magnets(outcomes: StartOutcomes) -> dict[str, float]:
     return {name: float((outcomes.outcome == k).mean()) for k, name in enumerate(names)}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "published", [{"upper": 0.335, "lower": 0.318, "right": 0.347}, {"upper": 0.377, "lower": 0.314, "right": 0.309}]
 )

@@ -48,7 +48,6 @@ def exact_multipliers(system: System, values: dict[str, float], cycle: Cycle) ->
     return logarithms(across)[0], along
 
 
-@pytest.mark.slow
 def test_lorenz_orbits_from_the_hopf_point_to_the_homoclinic_one() -> None:
     begin = hopf(LORENZ, "rho", (1.5, 30.0), [math.sqrt(24), math.sqrt(24), 9.0], 10.0)
     scale = {"x": 5.0, "y": 5.0, "z": 10.0, "rho": 5.0}
@@ -199,7 +198,6 @@ def test_dissertation_periods_and_speeds_of_the_rotating_orbit() -> None:
         assert (fine.min(), fine.max()) == pytest.approx((low, high), abs=6e-6)
 
 
-@pytest.mark.slow
 def test_dissertation_stability_of_the_rotating_orbit() -> None:
     """ln mu down to -400: by integration, with the sum that Liouville's theorem gives, and the trivial one."""
     system, fixed, cycles, points = dissertation()
@@ -217,7 +215,6 @@ def test_dissertation_stability_of_the_rotating_orbit() -> None:
     assert lost.kind == "branch-point" and lost.parameter == pytest.approx(3.0800128, abs=5e-8)
 
 
-@pytest.mark.slow
 def test_dissertation_the_orbit_lives_between_both_folds() -> None:
     """u1* = 1.8331080, u2* = 5.8710372: the period grows as one over a square root of what is left."""
     _, _, cycles, points = dissertation()
@@ -232,7 +229,6 @@ def test_dissertation_the_orbit_lives_between_both_folds() -> None:
     assert walk.end.endswith("while u stays near 5.86891")
 
 
-@pytest.mark.slow
 def test_dissertation_stability_is_lost_over_sigma_as_over_u() -> None:
     """The curve in (u, sigma) of u = 3.0800128 at sigma = 0.1, against the branch in u at sigma = 0.11."""
     system, fixed, cycles, points = dissertation()

@@ -154,7 +154,6 @@ def test_the_induction_motor_against_its_circuit(m, slip):
 
 @some
 @given(m=MOTORS, slip=numbers(0.01, 3))
-@pytest.mark.slow
 def test_the_induction_motor_as_printed(m, slip):
     """(2.119) itself, with its division by the slip; the mechanical power is (2.115)."""
     X = m.stator_reactance + m.rotor_reactance
@@ -194,7 +193,6 @@ def test_the_breakdown_torque_as_printed_is_wrong():
     assert motor().breakdown()[2] == pytest.approx(motor(rotor_resistance=0.9).breakdown()[2], rel=EXACT)
 
 
-@pytest.mark.slow
 @some
 @given(m=MOTORS, slip=numbers(-1, 2))
 def test_the_tangent_of_the_induction_motor(m, slip):

@@ -118,7 +118,6 @@ def test_existence_and_stability_of_the_rigs_modulated_motion(answers: dict[str,
     assert full["modulation_period"] == pytest.approx(at["period"], rel=0.06)
 
 
-@pytest.mark.slow
 def test_two_pendulums_do_the_same_until_they_part(answers: dict[str, dict[str, Any]]) -> None:
     one, two = answers[RIG], answers[RIG_OF_TWO]
     for a, b in zip(one["ends"], two["ends"], strict=True):
@@ -129,7 +128,6 @@ def test_two_pendulums_do_the_same_until_they_part(answers: dict[str, dict[str, 
     assert two["branches"][0]["stable"] == [pytest.approx([1.124373e-4, 2.745667e-3], rel=1e-5)]
 
 
-@pytest.mark.slow
 def test_one_pendulum_as_printed_does_not_modulate() -> None:
     study = read_study(ONE)
     summary = run(study.spec, study.subject).wucht.summary
@@ -137,7 +135,6 @@ def test_one_pendulum_as_printed_does_not_modulate() -> None:
     assert [t["found"].split(" ", 4)[4] for t in summary["tried"]] == ["it settles in a steady state"] * 5
 
 
-@pytest.mark.slow
 def test_one_pendulum_of_twice_the_mass_has_the_limits_of_two() -> None:
     """The numbers of cases.md, by the other machine."""
     study = read_study(ONE, {**HEAVY, "study.range": [1.0, 8.0], "study.at": 4.0, "study.inertia": False})

@@ -139,7 +139,6 @@ def test_regions_beside_their_boundaries(beta_r: float, sigma: float, kind: str)
     assert _ending(beta_r, sigma).kind == kind
 
 
-@pytest.mark.slow
 def test_saddle_connection_of_the_middle_region() -> None:
     """Its value of u, at beta_r = 1.3 and sigma = 0.1, is between runs along the saddle's unstable manifold that differ."""
     end = _ending(1.3, 0.1).end

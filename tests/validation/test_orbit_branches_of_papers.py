@@ -40,7 +40,6 @@ def test_periods_and_speeds_of_table_5_1(name: str) -> None:
         assert orbits[u]["max_speed"] == pytest.approx(high, abs=6e-6)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["5.6", "5.7"])
 def test_both_ends_of_table_5_1_are_saddle_nodes_on_the_orbit(name: str) -> None:
     """u1* and u2*; the law of the period alone gives them within its own error."""
@@ -53,7 +52,6 @@ def test_both_ends_of_table_5_1_are_saddle_nodes_on_the_orbit(name: str) -> None
         assert law["residual"] < end["laws"]["connection"]["residual"] / 10
 
 
-@pytest.mark.slow
 def test_delta_of_figure_5_7() -> None:
     """The exponent of delta by phi, and where it passes zero."""
     summary = answer("5.7")
@@ -73,7 +71,6 @@ def test_figure_a_3_ends_on_a_saddle_connection() -> None:
     assert 8.0 < u3 < 8.1
 
 
-@pytest.mark.slow
 def test_the_limits_of_section_6_2() -> None:
     """Figure 6.7 (b), footnote 2: s = 1, p = 0.99, beta_r = 0.2, beta_p = 2; the pendulums together: u from 2.150 to 5.161."""
     exciter = {"mu": 0.1, "w": 0.899, "lambda": 2.0, "s": 1.0, "beta_r": 0.2, "beta_p": 2.0, "sigma": 0.1}

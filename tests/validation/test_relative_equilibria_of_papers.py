@@ -89,7 +89,6 @@ def test_eigenvalues_tend_to_the_averaged_ones_in_the_order_of_epsilon() -> None
     assert orders == pytest.approx(1.0, abs=0.03)
 
 
-@pytest.mark.slow
 def test_where_compensation_is_lost_over_the_no_load_speed() -> None:
     """Hopf points at u = 2: averaged (4.60)-(4.62) at lambda = 0.99021, full above; the difference is of order epsilon."""
     differences = []
@@ -110,7 +109,6 @@ def test_where_compensation_is_lost_over_the_no_load_speed() -> None:
     assert -np.diff(np.log2(differences)) == pytest.approx(1.0, abs=0.04)
 
 
-@pytest.mark.slow
 def test_where_light_damping_costs_compensation() -> None:
     """Errata: stable at sigma = 0.03, not at 0.02 (u = 2, lambda = 1.3). At the Hopf point |mu| = 1 of the orbit."""
     (hopf,) = branch("sigma", 1e-3, 0.2, TABLE_5_1, 1.3, u=2.0, **{"lambda": 1.3}).special

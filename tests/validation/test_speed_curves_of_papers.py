@@ -64,7 +64,6 @@ def test_figure_3_2_of_the_laval_rotor_has_twice_the_folds() -> None:
     assert found == pytest.approx([2 * 0.8937191, 2 * 2.6053860], abs=1e-7)
 
 
-@pytest.mark.slow
 def test_figure_5_2() -> None:
     """Table 5.1, type II: u1*, u2*; stable below u1* only; type I always, type III never."""
     assert folds("5.2", "II") == [
@@ -96,9 +95,7 @@ def closed_form(w: np.ndarray, s: float, w_ratio: float, sigma: float, lambda_: 
     return factor * (even + 4 * A * root), factor * (even - 4 * A * root)
 
 
-@pytest.mark.parametrize(
-    ("name", "s", "w_ratio"), [("5.2", 0.75, 1.30), pytest.param("a.1", 1.0, 0.98, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize(("name", "s", "w_ratio"), [("5.2", 0.75, 1.30), ("a.1", 1.0, 0.98)])
 def test_all_points_of_types_ii_and_iii_are_those_of_the_closed_forms(name: str, s: float, w_ratio: float) -> None:
     for u, w in branches_of(name, "II"):
         regular = np.abs(w) > 0.1
@@ -113,7 +110,6 @@ def test_all_points_of_types_ii_and_iii_are_those_of_the_closed_forms(name: str,
     assert u == pytest.approx(expected, rel=1e-9, abs=1e-13)
 
 
-@pytest.mark.slow
 def test_figure_5_2_at_u_1() -> None:
     """Type II at u = 1: a stable node and a saddle, eigenvalues per unit of phi."""
     s = answer("5.2", u=1.0)
@@ -126,7 +122,6 @@ def test_figure_5_2_at_u_1() -> None:
     assert per_phi == pytest.approx([-0.16462, -0.016217, -0.003762], rel=2e-4)
 
 
-@pytest.mark.slow
 def test_figure_5_2_at_u_2_type_i() -> None:
     (own,) = [x for x in answer("5.2", u=2.0)["states"] if x["type"] == "I"]
     assert own["speed"] == pytest.approx(2.0, rel=1e-12) and own["amplitude"] == 0
@@ -166,7 +161,6 @@ def test_the_folds_of_table_5_1_over_the_damping() -> None:
         assert np.interp(0.1, q[order], p[order]) == pytest.approx((1.8331080, 5.8710372)[k], rel=1e-4)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["r1", "r2"])
 def test_real_machines_have_the_folds_of_their_dimensionless_numbers(name: str) -> None:
     """errata.md, R1, R2: slope = 9.75e-4 u N m s; epsilon and the inertias do not change where states are."""

@@ -48,7 +48,6 @@ def test_the_band_of_existence_is_that_of_equation_21(own_answer: tuple[xr.Datas
     assert s["existence_edges"] == ["fold", "fold"]
 
 
-@pytest.mark.slow
 def test_the_full_equations_have_nearly_that_band(own_answer: tuple[xr.Dataset, dict[str, Any]]) -> None:
     """The averaged equations leave out terms of the order of the fluctuation (26), squared: here 0.02 rad, squared."""
     _, s = own_answer
@@ -56,7 +55,6 @@ def test_the_full_equations_have_nearly_that_band(own_answer: tuple[xr.Dataset, 
     assert s["existence_band_full"] != pytest.approx(s["existence_band"], rel=1e-5)
 
 
-@pytest.mark.slow
 def test_the_phases_of_equation_22_and_their_stability_24(own_answer: tuple[xr.Dataset, dict[str, Any]]) -> None:
     dataset, _ = own_answer
     phase, partial = dataset.phase.sel(body="rotor").values, dataset.value.values
@@ -68,7 +66,6 @@ def test_the_phases_of_equation_22_and_their_stability_24(own_answer: tuple[xr.D
     assert not stable.all()
 
 
-@pytest.mark.slow
 def test_phase_and_mean_speed_of_bild_2a(own_answer: tuple[xr.Dataset, dict[str, Any]]) -> None:
     _, s = own_answer
     assert s["outcome"] == "entrained"
@@ -82,7 +79,6 @@ def test_phase_and_mean_speed_of_bild_2a(own_answer: tuple[xr.Dataset, dict[str,
     assert s["multiplier"] == pytest.approx(math.exp(-SLOPE / INERTIA / 2), rel=1e-9)
 
 
-@pytest.mark.slow
 def test_the_band_from_rest_is_narrower_at_both_ends(own_answer: tuple[xr.Dataset, dict[str, Any]]) -> None:
     _, s = own_answer
     low, high = s["band_from_rest"]
@@ -105,7 +101,6 @@ def test_runs_by_scipy_at_the_edges(partial: float, entrained: bool) -> None:
     assert (abs(mean / FREQUENCY - 1) < 1e-3) == entrained
 
 
-@pytest.mark.slow
 def test_bild_2b_is_not_entrained() -> None:
     dataset, s = answered(load_machine("sperling-vibration/figure-2b"), points=9, resolution=1e-2)
     assert s["outcome"] == "not-entrained"
@@ -130,7 +125,6 @@ def test_the_threshold_of_sustained_rotation() -> None:
     assert s["phase_slow"] == pytest.approx(-math.asin(3.1831 / 5), abs=1e-5)
 
 
-@pytest.mark.slow
 def test_rotation_against_the_drive() -> None:
     """The motor would turn the other way: the torque of vibration must carry k_1 (Omega + 1 1/s)."""
     machine = load_machine("sperling-vibration/against-the-drive")
@@ -143,7 +137,6 @@ def test_rotation_against_the_drive() -> None:
     assert s["existence_band"][0] < low < -1 < high < s["existence_band"][1]  # beyond, it turns with its drive at -Omega
 
 
-@pytest.mark.slow
 def test_a_motor_of_constant_torque() -> None:
     """(15) with L in place of k_1 Omega_1: entrained for |L - k_1 Omega| < f_1 x_0/2, k_1 the bearing's damping."""
     rotor = {"kind": "rotor", "name": "rotor", "mass": 0.1, "eccentricity": 0.01, "inertia": INERTIA, "bearing_damping": SLOPE}
@@ -201,7 +194,6 @@ def test_phases_37_and_their_stability_40(stiffness: float, phase: float) -> Non
     assert {round(math.cos(x[0])): averaged.is_stable(x, 0.0) for x in synchronous} == {1: phase == 0.0, -1: phase != 0.0}
 
 
-@pytest.mark.slow
 def test_synchronous_speed_35_and_the_lock_limit() -> None:
     """(33) with V_1 = -V_2: k_1 k_2/(k_1 + k_2) |Omega_1 - Omega_2| < |A_xx| f_1 f_2/2."""
     machine = exciters(STIFF, 12.0, 12.4)

@@ -64,7 +64,6 @@ def test_bild_5_folds_of_the_averaged_equation() -> None:
     assert folds["down"] == pytest.approx((8.842751, 7.51106, 6.09477), abs=1e-5)
 
 
-@pytest.mark.slow
 def test_bild_5_jumps_of_the_full_equations() -> None:
     """Ours at J_1 = 1e-4 kg m^2, near (60); the distance is the ripple's, and goes as 1/J_1 (below)."""
     jumps, averaged = jumps_of({}), folds_of_60()

@@ -93,7 +93,6 @@ def test_every_entry_of_tables_1_to_3(table: str, column: int) -> None:
             assert state["stable_full"] is False
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("column", range(4))
 @pytest.mark.parametrize("table", ROWS)
 def test_the_full_equations_with_damping_agree(table: str, column: int) -> None:
@@ -106,7 +105,6 @@ def test_the_full_equations_with_damping_agree(table: str, column: int) -> None:
         assert state["stable_full"] is stable[column], phases
 
 
-@pytest.mark.slow
 def test_the_full_equations_without_damping() -> None:
     """000 (20) leaves the carrier undamped. Then the rollers' dampers, which turn with the rotor, damp its own vibration below
     the natural frequency and excite it above: what the paper calls asymptotically stable grows slowly. A run of the full
@@ -285,7 +283,7 @@ def test_eigenvalues_of_the_averaged_equations() -> None:
 
 @pytest.mark.parametrize(
     ("u", "below", "above", "speed"),
-    [(1.8331080, 2, 0, 0.7758765), pytest.param(5.8710372, 0, 2, 1.4926832, marks=pytest.mark.slow)],  # u1*, u2*: cases
+    [(1.8331080, 2, 0, 0.7758765), (5.8710372, 0, 2, 1.4926832)],  # u1*, u2*: cases
 )
 def test_the_folds_of_type_ii(u: float, below: int, above: int, speed: float) -> None:
     for factor, count in ((1 - 1e-6, below), (1 + 1e-6, above)):
@@ -307,7 +305,6 @@ def test_stable_as_in_5_1(u: float) -> None:
             assert not state["stable_slow"]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("sigma", "stable"), [(0.1, True), (0.03, True), (0.02, False), (0.01, False)])
 def test_type_i_is_lost_with_light_damping(sigma: float, stable: bool) -> None:
     """Errata: the claim that type I is always stable holds for the averaged equations; the full ones lose it (Hopf)."""
