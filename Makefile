@@ -8,7 +8,7 @@ WORKERS ?= 2
 # What is compiled is kept for the next start, whatever the shell says: the tests start many processes.
 PYTEST = PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile
 
-.PHONY: demo test test-all lint docs numbers pictures bench errata clean
+.PHONY: demo test test-all lint docs numbers pictures bench mutants errata clean
 
 $(STAMP): pyproject.toml constraints.txt hatch_build.py $(wildcard src/wucht/web/*.ts src/wucht/web/*.css src/wucht/web/*.json)
 	$(PYTHON) -c 'import sys; sys.exit("wucht needs Python 3.11 or newer; give one: make PYTHON=python3.11 ...") if sys.version_info < (3, 11) else None'
@@ -55,6 +55,9 @@ pictures: $(STAMP)  # docs/pictures from the gallery, and of the live machine in
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks
+
+mutants: $(STAMP)  # the errors of benchmarks/errors put in, one after the other: which test notices each
+	$(BIN)/python -m benchmarks errors
 
 clean:
 	rm -rf $(VENV) build demo results .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -118,3 +118,19 @@ def test_a_start_on_an_unstable_orbit_is_not_called_chaotic() -> None:
     summary = wucht.run(wucht.RunUp(start={"x": 0.5}), wucht.UserSystem.from_formulas(states)).wucht.summary
     assert (summary["outcome"], summary["stable"]) == ("periodic", False)
     assert max(abs(complex(*m)) for m in summary["multipliers"]) == pytest.approx(np.exp(np.pi), rel=1e-6)
+
+
+@pytest.mark.parametrize(("amplitude", "turns"), [(0.0182, -1), (0.01825, -2)])
+def test_a_rotor_on_both_sides_of_a_period_doubling(amplitude: float, turns: int) -> None:
+    """The shorter orbit, which the rotor approaches from alternate sides, is no repetition: a period and a turn, not two.
+
+    Liouville: the multipliers' product is exp(-T).
+    """
+    states = {"phi": "w", "w": "-w - 100*x0*(2*pi)^2*cos(2*pi*t)*sin(phi)"}
+    equations = wucht.UserSystem.from_formulas(states, {"x0": amplitude}, angles=("phi",))
+    found = wucht.run(wucht.RunUp(start={"phi": 0.5, "w": -6.0}), equations).wucht.summary
+    assert (found["outcome"], found["stable"], found["turns"]) == ("periodic", True, {"phi": turns})
+    assert found["period"] == pytest.approx(abs(turns), rel=1e-9)
+    (first, _), (second, _) = found["multipliers"]
+    assert first * second == pytest.approx(np.exp(turns), rel=1e-6)
+    assert (first < -0.9) is (turns == -1)
