@@ -335,19 +335,6 @@ def test_a_load_spectrum_has_one_motion_and_what_its_counting_needs() -> None:
     assert record is not None and (record.file, record.column) == ("a", "b")
 
 
-def test_what_the_studies_solve_and_how_fast_they_turn() -> None:
-    """In the words of the assumptions."""
-    full, averaged = "full equations of motion", "averaged equations"
-    optimise = BASE[OptimiseBalancer]
-    assert OptimiseBalancer(**optimise).equations() == f"{full} for the search, {full} for the front"
-    assert OptimiseBalancer(**optimise | {"model": "slow"}).equations() == f"{averaged} for the search, {full} for the front"
-    assert SynchronousStates(full=False).equations() == averaged
-    assert SynchronousStates().equations() == f"{averaged} for the states, {full} for their stability"
-    for spec in (SynchronousStates, PhasePortrait):
-        assert (spec().turning(), spec(speed=3.0).turning()) == ("", "the main rotor held at study.speed")
-    assert Response().turning() and not RunUp().turning()
-
-
 def test_kinds_of_wrong_values_of_common_types() -> None:
     def wrong(spec: Any, key: str, *values: Any) -> list[bool]:
         return [refused_at(spec, key, v) for v in values]

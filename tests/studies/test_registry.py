@@ -57,7 +57,6 @@ def {report}(result):
     return [result.attrs["sentence"]]
 """
 COUNTS = "yield len(plan.bodies)"
-NOTHING = "yield from ()"
 
 
 @pytest.fixture
@@ -224,11 +223,6 @@ def test_two_packages_with_one_kind(with_installed: Callable[..., Callable[..., 
     assert done.returncode == 2 and "given 'run-up'" in done.stderr and "theirs" in done.stderr
 
 
-def test_a_study_of_ones_own_runs(wucht: Callable[..., Any], counting: Callable[..., tuple[str, ...]]) -> None:
-    done = wucht("run", "practice/laundry-drum", *counting())
-    assert (done.code, "7 bodies" in done.out) == (0, True)
-
-
 def test_a_misspelt_function_is_refused_before_anything_is_computed(
     wucht: Callable[..., Any], counting: Callable[..., tuple[str, ...]]
 ) -> None:
@@ -236,12 +230,6 @@ def test_a_misspelt_function_is_refused_before_anything_is_computed(
     assert done.code != 0
     assert "has no function 'report'" in done.err
     assert "prepared" not in done.out
-
-
-def test_a_study_that_yields_nothing_is_refused(wucht: Callable[..., Any], counting: Callable[..., tuple[str, ...]]) -> None:
-    done = wucht("run", "practice/laundry-drum", *counting(run=NOTHING))
-    assert done.code != 0
-    assert "'solve' must yield" in done.err
 
 
 def test_a_kind_that_is_taken_is_refused(wucht: Callable[..., Any], counting: Callable[..., tuple[str, ...]]) -> None:
