@@ -282,13 +282,6 @@ def test_what_a_probability_refuses_of_its_sensitivity(given: dict[str, Any], ke
     assert caught.value.key == key
 
 
-def test_the_runs_of_an_index_are_those_of_a_value_by_default() -> None:
-    asked = BASE[CaptureProbability] | {"sensitivity": True, "at": 1.0, "samples": 128}
-    assert CaptureProbability(**asked).base == 128
-    assert CaptureProbability(**asked | {"samples": 96, "sensitivity_samples": 64}).base == 64
-    assert CaptureProbability(**BASE[CaptureProbability] | {"model": "slow", "order": 2, "inertia": True}).order == 2
-
-
 @pytest.mark.parametrize(
     ("given", "key"),
     [

@@ -147,15 +147,6 @@ def test_interrupted_and_resumed_it_is_the_uninterrupted_one(tmp_path: Path, at:
     assert_same(again, whole)
 
 
-def test_interrupted_again_and_again(tmp_path: Path) -> None:
-    numbers = [1.0, 2.0, 3.0, 4.0]
-    for k in range(1, 4):
-        part = ask(Squares(), numbers, folder=tmp_path, resume=True, progress=Stop(k + 1))
-        assert part.sizes["number"] == k
-    ask(Squares(), numbers, folder=tmp_path, resume=True)
-    assert computed == [f"square {k}" for k in range(4)]
-
-
 @pytest.mark.parametrize(
     ("spec", "subject"), [(Squares(times=2.0), [1.0, 2.0]), (Squares(), [1.0, 3.0])], ids=["key", "subject"]
 )

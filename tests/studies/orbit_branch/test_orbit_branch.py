@@ -259,17 +259,6 @@ def test_a_run_takes_no_longer_than_it_may() -> None:
     assert tried["found"] == "at mu = 1 it has settled neither in a steady state nor on an orbit after 1"
 
 
-def test_steady_states_are_seen_as_the_orbits_are() -> None:
-    """By default r, the first state that is no angle: it rests at 0, whatever theta is."""
-    r = run(
-        OrbitBranch(along="p", range=(0.0, 3.0), at=2.0, values=(2.0,), longest=100.0, ranges={"r": (-1, 1)}), own(ROTATION)
-    )
-    assert r.steady_state.attrs["long_name"] == "state r"
-    assert r.steady_state.size > 0
-    np.testing.assert_allclose(r.steady_state, 0.0, atol=1e-9)
-    assert not [name for name in r.variables if "speed" in str(name) or "phi" in str(name) or "amplitude" in str(name)]
-
-
 @pytest.mark.parametrize(
     "keys",
     [

@@ -77,26 +77,6 @@ def test_curves_of_several_portraits_side_by_side(forks: xr.Dataset) -> None:
     assert {str(end)[:-2] for end in forks.separatrix_end.values[1, :2]} == {"stable node"}
 
 
-def test_the_summary_of_each_portrait(forks: xr.Dataset) -> None:
-    s = forks.wucht.summary
-    before, beyond = s["cases"]
-    assert [before["label"], before["value"], beyond["label"], beyond["value"]] == ["mu = -1", -1.0, "mu = 1", 1.0]
-    assert before["separatrices"] == [] == before["closed_curves"] and s["along"] == "mu" and "model" not in s
-    assert [p["stable"] for p in beyond["fixed_points"]] == [p["kind"] == "stable node" for p in beyond["fixed_points"]]
-    for k, m in enumerate(beyond["separatrices"]):
-        curve = forks.separatrices.values[1, k]
-        last = curve[:, np.isfinite(curve).all(axis=0)][:, -1]
-        assert m["state"] == last.tolist(), "thinned curves keep their last state"
-        assert (m["fixed_point"] is None) is (m["end"] == "left the window") and m["closed_curve"] is None
-        assert m["side"] in (1, -1) and m["error"] < 1e-3 and m["length"] > 0
-    assert before["complete"] and before["shown"].endswith("; closed curves are those met by 8 followed curves")
-    first, second = s["sentence"].split("; ")
-    assert first == "mu = -1: 1 stable node (proved to be all)"
-    assert second.startswith("mu = 1: ") and second.endswith(" (proved to be all)") and second.count("stable node") >= 1
-    lines = wucht.report(forks)
-    assert sum("stable manifold, " in line for line in lines) == 4
-
-
 def test_a_closed_curve_of_known_period_and_multiplier() -> None:
     result = answered(equations_from(ROUND), ranges=SQUARE)
     (curve,) = result.wucht.summary["closed_curves"]
@@ -183,14 +163,6 @@ def test_a_machine_over_the_angle_of_its_rotor() -> None:
 
 
 # --- the report ---
-
-
-def test_of_too_many_portraits_the_first_and_the_last_are_described() -> None:
-    """Nine lines each."""
-    values = [0.5 + 0.01 * k for k in range(25)]
-    lines = wucht.report(answered(equations_from(FORK), ranges=SQUARE, along="mu", values=values))
-    assert sum(line.startswith("mu = ") for line in lines) == -(-159 // 9) + 40 // 9
-    assert lines[160].strip() == "and 26 more lines: their numbers are in the Dataset"
 
 
 def test_where_a_manifold_comes_from_or_goes() -> None:

@@ -83,6 +83,9 @@ def test_one_signal_ends_the_search() -> None:
 
 def test_equal_values_are_one_portrait_and_bad_ranges_are_refused() -> None:
     several = equations_from(SADDLE)
+    for given, missing in (({"along": "mu"}, "values"), ({"values": [1.0]}, "along")):
+        with refused(f"study.{missing}", code="missing"):
+            wucht.PhasePortrait(**given)
     assert len(summary(several, along="mu", values=[1, 1.0, 2], ranges=SQUARE)["cases"]) == 2
     for bad in ((0, float("inf")), (0, 1e300), (False, True), (0, "nan"), (1, 1 + 1e-12)):
         with pytest.raises(InputError, match=r"study\.ranges"):

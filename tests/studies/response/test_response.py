@@ -57,25 +57,6 @@ def test_the_default_range_holds_all_resonances_and_the_speed_of_the_drive(
 
 
 @pytest.mark.parametrize(
-    ("given", "refusal"),
-    [
-        ({"range": [-3, 2]}, refused("study.range", given=[-3.0, 2.0])),
-        ({"points": 10.5}, refused("study.points", given=10.5)),
-        ({"start": 1}, refused("study.start", given=1)),
-        ({"rang": [1, 2]}, refused("study.rang", "range", code="unknown-key")),
-    ],
-)
-def test_refused(given: dict[str, Any], refusal: Refusal) -> None:
-    with refusal:
-        Response.from_table(given)
-
-
-def test_a_start_that_does_not_fit() -> None:
-    with refused("study.start.p", code="unknown-key"):
-        run(Response(start={"p": 1.0}), machine())
-
-
-@pytest.mark.parametrize(
     ("carrier", "refusal"),
     [
         ({"directions": "fixed", "stiffness": None, "damping": 0.0}, refused("machine.carrier", code="fixed")),
@@ -188,15 +169,6 @@ def test_the_throw_in_operation() -> None:
     assert throw["machine_number"] == pytest.approx(s["amplitude_at_free_speed"] * w**2 / 9.80665, rel=1e-9)
     assert throw["throw_ratio"] == pytest.approx(1.0)
     assert run(Response(), load_machine("drozdetskaya-2020/table-5.1")).wucht.summary["throw_at_free_speed"] is None
-
-
-def test_a_comparison_shows_the_fastest_operating_point_first() -> None:
-    result = run(Response(), machine())
-    s, fastest = result.wucht.summary, max(result.wucht.summary["operation"], key=lambda point: point["speed"])
-    shown = {"operating_speed": "speed", "operating_amplitude": "amplitude"}
-    shown |= {name: name for name in ("stroke", "machine_number")}
-    assert {key: s[key] for key in shown} == {key: fastest[part] for key, part in shown.items()}
-    assert result.wucht.headlines == ["peak_amplitude", "peak_torque", *shown]
 
 
 def with_balls(damping: float = 40.0, eccentricity: float = 0.01, **more: Any) -> Machine:
@@ -322,29 +294,6 @@ def test_schedules_are_done() -> None:
     schedule = {"parameter": "drum.eccentricity", "points": [[0, 0.005], [3, 0.01]]}
     result = run(Response(), machine_from(described | {"schedules": [schedule]}))
     assert result.amplitude.equals(run(Response(), machine_from(described)).amplitude)
-
-
-def test_stopped_at_once_and_asked_again(tmp_path: Path) -> None:
-    def stop(share: float, what: str) -> None:
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        run(Response(), machine(), folder=tmp_path, progress=stop)
-    assert not (tmp_path / "result.nc").exists()
-    whole = run(Response(), machine())
-    for result in (run(Response(), machine(), folder=tmp_path, resume=True) for _ in range(2)):  # computed, then read back
-        assert result.attrs["finished"] == 1
-        for name in whole.variables:
-            assert np.array_equal(result[name], whole[name])
-    assert [f.name for f in tmp_path.iterdir()] == ["result.nc"]
-
-
-def test_where_no_torque_drives_the_machine_it_is_in_operation_at_its_speed() -> None:
-    result = run(Response(points=20), machine(drive={"kind": "constant-speed", "speed": 100.0}))
-    s, lines = result.wucht.summary, report(result)
-    (k,) = [k for k, line in enumerate(lines) if line.startswith("  in operation")]
-    assert lines[k] == f"  in operation {1e3 * s['amplitude_at_free_speed']:.4g} mm at 100 rad/s (955 rpm)"
-    assert lines[k + 1].startswith("               stroke ")
 
 
 def test_a_machine_without_units_has_none_in_its_report() -> None:

@@ -65,23 +65,6 @@ def told(result: Any) -> dict[str, str]:
     return {line[2:15].strip(): line[15:] for line in package.report(result) if line.startswith("  ") and line[2:15].strip()}
 
 
-def test_in_words() -> None:
-    """A line, a circle, which has no direction, and an ellipse of two axes."""
-    result = package.run(RunUp(until=1.5, deck="10 deg"), machine("y"))
-    lines, s = told(result), result.wucht.summary
-    assert lines["stroke"] == f"{1e3 * s['stroke']:.4g} mm peak to peak at 90.0\u00b0, 0 \u00b5m across"
-    assert lines["acceleration"].endswith(f"; throw number {s['throw_number']:.3g} of a deck at 10\u00b0")
-    assert "bearings" not in lines, "the force on the carrier is that of its bearing"
-    round_carrier = parts.Carrier(mass=CARRIER, stiffness=1e5, damping=400.0)
-    drum = parts.Rotor(name="drum", mass=DRUM, eccentricity=UNBALANCE / DRUM, inertia=0.01)
-    circle = told(package.run(RunUp(until=1.5), Machine(round_carrier, [drum], [parts.ConstantSpeed(speed=SPEED)])))
-    assert circle["stroke"].endswith(" peak to peak on a circle")
-    ellipse = package.run(RunUp(until=1.5), machine())
-    s = ellipse.wucht.summary
-    across = f"{1e3 * s['stroke'] * s['throw_ratio']:.4g} mm across"
-    assert told(ellipse)["stroke"].endswith(f" at {math.degrees(s['throw_direction']):.1f}\u00b0, {across}")
-
-
 @pytest.mark.parametrize(("share", "is_felt"), [(0.9, False), (1.1, True)])
 def test_what_is_gentle_is_left_out_but_on_a_deck(share: float, is_felt: bool) -> None:
     """A twentieth of the acceleration of gravity, share times."""

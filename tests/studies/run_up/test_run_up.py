@@ -60,13 +60,6 @@ def test_wrong_keys_are_refused(case: str) -> None:
     check_refusal(f"run-up: {case}", lambda: RunUp.from_table(REFUSED[case]))
 
 
-def test_a_dimensionless_time_has_no_unit() -> None:
-    machine = load_machine("drozdetskaya-2020/table-5.1")
-    assert RunUp.from_table({"until": 100}).until == 100.0
-    with refused("study.until", code="dimension"):
-        run(RunUp.from_table({"until": "100 s"}), machine)
-
-
 # Where a run ends
 
 
@@ -90,13 +83,6 @@ def test_turns_of_the_main_rotor(study: Study, turns: float, speed: float) -> No
     assert result.attrs["end_time"] >= result.time.values[-1]
 
 
-def test_turns_that_are_never_reached_end_the_run(study: Study) -> None:
-    machine = load_machine(str(study(DRIVE, "", 'inertia = "0.03 kg m^2"', "inertia = 0.03\nbearing_damping = 0.03")))
-    result, short = _run(machine, turns=100, start={"drum": {"speed": 10}})
-    assert result.attrs["finished"] == 1
-    assert short["outcome"] in ("stopped", "unidentified")
-
-
 def test_until_settled_is_settled(drum: Machine) -> None:
     result, short = _run(drum, settled=True, start={"p1": 0.3, "p2": -0.5})
     assert short["outcome"] == "compensated"
@@ -105,21 +91,6 @@ def test_until_settled_is_settled(drum: Machine) -> None:
     assert again["final_speed"] == pytest.approx(short["final_speed"], rel=1e-4)
     assert again["final_phases"] == pytest.approx(short["final_phases"], abs=1e-2)
     assert longer.time.values[-1] > result.time.values[-1]
-
-
-def test_the_advice_helps(study: Study) -> None:
-    machine = load_machine(str(study(*ALONE, "0.04 N m s", "4 N m s")))
-    until, outcomes = 0.05, []
-    for _ in range(12):
-        _, short = _run(machine, until=until)
-        outcomes.append(short["outcome"])
-        if short["outcome"] != "unidentified":
-            break
-        advised = float(short["advice"].split("at least until ")[1].split()[0].rstrip(","))
-        assert advised > until, "the advice is a longer run"
-        until = advised
-    assert outcomes[0] == "unidentified"
-    assert outcomes[-1] == "passed"
 
 
 def test_a_speed_limit_ends_a_runaway(drum: Machine) -> None:
@@ -241,14 +212,6 @@ def test_samples_are_dense_enough_for_peaks(drum: Machine) -> None:
     assert short["peak_amplitude"] == pytest.approx(float(fine.radius.max()), rel=0.01)
     fastest = float(np.abs(result.speed).max())
     assert float(result.time[1] - result.time[0]) <= 2 * math.pi / fastest / 20
-
-
-def test_progress_is_reported_and_does_not_go_back(drum: Machine) -> None:
-    reported: list[float] = []
-    run(RunUp(until=1.0), drum, progress=lambda share, _what: reported.append(share))
-    assert reported == sorted(reported)
-    assert reported[-1] == pytest.approx(1.0)
-    assert all(share <= 1 + 1e-12 for share in reported)
 
 
 def test_keys_are_read_with_their_units() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 from functools import cache
 from pathlib import Path
@@ -75,7 +74,7 @@ def test_what_has_not_settled_or_nearly_fills_the_run_is_drawn_as_a_whole(number
     assert panels[0].get_xlim() == (0.0, pytest.approx(2.0))
 
 
-@pytest.mark.parametrize("title", ["$x_{", "\u6d17\u6fef\u6a5f", 20_000 * "word "])
+@pytest.mark.parametrize("title", ["$x_{\u6d17\u6fef\u6a5f", 20_000 * "word "])
 @pytest.mark.filterwarnings("error")
 def test_any_title_can_be_drawn(title: str, tmp_path: Path) -> None:
     """Letter by letter: no formula is read into it."""
@@ -83,20 +82,6 @@ def test_any_title_can_be_drawn(title: str, tmp_path: Path) -> None:
     first, *_ = figure.get_suptitle().split("\n")
     assert title.startswith(first.rstrip("\N{HORIZONTAL ELLIPSIS}")) and not figure._suptitle.get_parse_math()
     assert save_figure(figure, tmp_path / "figure.svg").read_text(encoding="utf-8").rstrip().endswith("</svg>")
-
-
-@pytest.mark.slow
-@pytest.mark.filterwarnings("error")
-def test_the_shortest_runs_can_be_drawn() -> None:
-    for question in (RunUp(turns=1e-9), RunUp(until=1e-30)):
-        result = run(question, load_machine("drozdetskaya-2020/r1"))
-        figure = draw(result)
-        figure.savefig(io.BytesIO(), format="png")
-        for row, line in enumerate(panels_of(figure)[0].get_lines()[:3]):
-            assert np.array_equal(line.get_ydata(), result.speed.values[row])
-        for axis in figure.axes:
-            left, right = axis.get_xlim()
-            assert left <= 0.0 <= result.time.values[-1] <= right and left < right
 
 
 def test_a_dataset_that_is_no_result_is_refused() -> None:

@@ -225,7 +225,7 @@ def test_the_centrifuge_has_a_stretch_on_which_only_some_members_compensate() ->
     assert any("some members stable and others not from 66" in line for line in report(r))
 
 
-@pytest.mark.parametrize("name", ["speed", "kind", "second_value"])
+@pytest.mark.parametrize("name", ["kind", "second_value"])
 def test_a_parameter_may_have_the_name_of_a_key(name: str) -> None:
     """The fold of x' = p - x^2 is at p = 0, whatever p is called; the other meaning of the key stays."""
     r = run(SpeedCurve(along=name, range=[-1, 1], ranges={"x": [-2, 2]}), own_equations(f"{name} - x**2", name))
@@ -234,16 +234,6 @@ def test_a_parameter_may_have_the_name_of_a_key(name: str) -> None:
     assert fold["frequency"] is None
     assert (name in fold) == (name != "second_value")
     assert any(line.startswith(f"  fold         {name} = ") for line in report(r))
-
-
-def test_two_parameters_may_have_the_names_of_keys() -> None:
-    x, speed, kind = sp.symbols("x speed kind", real=True)
-    cusp = UserSystem(System((x,), (speed + kind * x - x**3,), (speed, kind)), {"speed": 0.0, "kind": 0.5})
-    asked = {"along": "speed", "range": [-1, 1], "second": "kind", "ranges": {"x": [-2, 2]}}
-    (curve,) = summary(cusp, second_range=[-0.5, 1], **asked)["curves"]
-    (point,) = curve["special_points"]
-    assert point["kind"] == "cusp" and (point["value"], point["second_value"]) == pytest.approx((0, 0), abs=1e-6)
-    assert [b["second_value"] for b in summary(cusp, second_values=[0.1, 0.5], **asked)["branches"]] == [0.1, 0.5]
 
 
 def test_a_continuum_of_equilibria_is_said_to_be_none_of_isolated_points() -> None:

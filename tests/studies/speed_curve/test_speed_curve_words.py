@@ -103,16 +103,6 @@ def test_curves_have_their_ranges_and_the_points_where_a_second_condition_holds(
     assert list(guide.get_ydata()) == [1.35, 1.35] and plane.get_ylabel() == "$shift$"
 
 
-def test_many_values_have_the_colours_of_a_scale_and_some_names() -> None:
-    values = [0.5 * k for k in range(9)]
-    (axis, *_) = draw(at_second(*values[::-1])).axes
-    solid = [one for one in axis.lines if one.get_linestyle() == "-"]
-    colours = {round(float(np.max(one.get_ydata())) ** 2 - 10, 6): one.get_color() for one in solid}
-    assert sorted(colours) == pytest.approx(values) and len(set(colours.values())) == 9
-    names = [t.get_text() for t in axis.get_legend().get_texts()][:7]
-    assert names == [f"$shift$ = {v}" for v in ("0", "0.5", "1.5", "2", "2.5", "3.5", "4")]
-
-
 def test_contacts_that_are_left_out_are_told() -> None:
     ball = {"kind": "pendulum", "about": "drum", "mass": 0.1, "length": 0.1, "damping": 0.05, "track": "ring", "diameter": 0.01}
     machine = machine_from({

@@ -56,14 +56,6 @@ def cusp() -> Any:
     return run(StabilityMap(**PLANE, cells=3, orbits=False, ranges={"x": [-2.0, 2.0]}), CUSP)
 
 
-def test_parameters_may_have_the_names_of_keys() -> None:
-    p, r = sp.symbols("kind values", real=True)
-    cubic = wucht.UserSystem(System((X,), (p + r * X - X**3,), (p, r)), {"kind": 0.0, "values": 1.0}, "a cusp")
-    keys = PLANE | {"along": "kind", "second": "values"}
-    (point,) = run(StabilityMap(**keys, cells=2, orbits=False, ranges={"x": [-2.0, 2.0]}), cubic).wucht.summary["points"]
-    assert point == {"kind": "cusp", "values": pytest.approx([0.0, 0.0], abs=1e-6)}
-
-
 def test_folds_of_a_cusp(cusp: Any) -> None:
     """x' = p + r x - x^3 folds at 27 p^2 = 4 r^3: inside there are two stable states, outside one."""
     summary = cusp.wucht.summary
@@ -86,11 +78,6 @@ def test_the_region_of_a_place_is_read_by_its_coordinates(cusp: Any) -> None:
     here = {"x": -0.5, "y": 1.5}  # p, r: between the folds
     assert cusp.region_label[region.sel(here, method="nearest").item()].item() == "2 stable states"
     assert cusp.region_label[region.sel({"x": -0.5, "y": 0.0}, method="nearest").item()].item() != "2 stable states"
-
-
-def test_a_map_has_by_default_twelve_rows_of_states() -> None:
-    _, case = StabilityMap(**PLANE, orbits=False, ranges={"x": [-2.0, 2.0]}).prepare(CUSP)
-    assert case.cells == 12
 
 
 @pytest.mark.parametrize(
@@ -267,12 +254,3 @@ def test_curves_of_folds_that_cross() -> None:
     """And where Newton's method does not find the place, that is said."""
     (mark,) = two_pairs().wucht.summary["points"]
     assert (mark["kind"], mark["p"], mark["r"]) == ("two folds at once", pytest.approx(0, abs=1e-8), pytest.approx(0, abs=1e-8))
-
-
-def test_it_is_drawn(cusp: Any) -> None:
-    """Each region's hatch and name, and the boundary as it is stored."""
-    axis = draw(cusp).axes[0]
-    np.testing.assert_array_equal(np.array(axis.lines[0].get_data()), [cusp.boundary_x, cusp.boundary_y])
-    assert [patch.get_hatch() for patch in axis.get_legend().get_patches()] == ["///", "..."]
-    assert {" ".join(text.get_text().split()) for text in axis.texts} == {"2 stable states", "one stable state"}
-    assert any("cusp: p =" in line for line in report(cusp))

@@ -96,18 +96,6 @@ def test_courses_are_drawn_from_before_the_dip_with_all_rotors() -> None:
     assert [axis.get_title() for axis in draw(result).axes if axis.get_title()][1] == "vibration"
 
 
-@pytest.mark.parametrize(("longest", "end"), [(2.0, 2.0), (9.0, 4.0)])
-def test_a_long_course_is_cut_off(answer: xr.Dataset, longest: float, end: float) -> None:
-    """At four times the end of the shortest one, but not before its dip is over."""
-    times = np.where(answer.time.values > 0, answer.time.values / np.nanmax(answer.time.values, axis=1)[:, None], -0.1)
-    times[1] = np.where(times[1] > 0, longest * times[1], times[1])
-    for duration, last in ((0.1, end), (0.75 * longest, max(end, 1.1 * 0.75 * longest))):
-        durations = answer.course_duration.copy(data=[0.1, duration])
-        panels = draw(answer.assign_coords(time=answer.time.copy(data=times)).assign(course_duration=durations)).axes
-        assert panels[0].get_xlim() == (pytest.approx(-0.1), pytest.approx(last))
-        assert len([axis for axis in panels if axis.get_title()]) == 2, "nothing vibrates"
-
-
 def test_a_given_duration_on_both_sides() -> None:
     expected, machine = critical_by_quadrature(50.0, 1.0), loaded_motor(50.0)
     for share, outcome in ((0.98, "passed"), (1.02, "stopped")):
