@@ -65,57 +65,36 @@ FROM_SLOWEST = (
 
 EXPECTED: dict[str, Figured] = {
     "coast-down": Figured(
-        {},
-        (
-            Line(0, "mean over a turn", "turn_time", "mean_speed"),
-            Line(1, "amplitude", "time", "1e3 * amplitude"),
-        ),
+        {}, (Line(0, "mean over a turn", "turn_time", "mean_speed"), Line(1, "amplitude", "time", "1e3 * amplitude"))
     ),
-    "torque-balance": Figured(
-        {},
-        (
-            Line(0, "drive", "speed", "drive_torque"),
-            Line(0, "load and bearings", "speed", "load_torque"),
-        ),
-    ),
+    "torque-balance": Figured({}, (Line(0, "drive", "speed", "drive_torque"),)),
     "response": Figured(
         {},
         (
             Line(0, "axis", "speed", "1e3 * amplitude"),
             Line(1, "x and y", "speed", LAG),
             Line(2, "centre of mass", "speed", "1e3 * centre_distance"),
-            Line(2, "axis", "speed", "1e3 * amplitude"),
             Line(3, "with losses", "speed", "vibration_torque + loss_torque"),
-            Line(3, "loads and bearings", "speed", "loss_torque"),
         ),
     ),
     "run-up": Figured(
         {"study.until": "1 s"},
         (
             Line(0, "drum", "time", "speed[0]"),
-            Line(0, "p1", "time", "speed[1]"),
             Line(1, "amplitude", "time", "1e3 * amplitude"),
             Line(2, "p1", "time", "phase[1] * DEG", part=True),
-            Line(2, "p2", "time", "phase[2] * DEG", part=True),
             Line(3, "motor power", "time", "motor_power"),
         ),
     ),
     "sweep": Figured(
         {"study.range": ["95 rad/s", "101 rad/s"], "study.rate": "2 rad/s^2"},
-        (
-            Line(0, "rising", "value[0]", "speed[0]"),
-            Line(0, "falling", "value[1]", "speed[1]"),
-            Line(1, "rising", "value[0]", "1e3 * amplitude[0]"),
-            Line(1, "falling", "value[1]", "1e3 * amplitude[1]"),
-        ),
+        (Line(0, "rising", "value[0]", "speed[0]"), Line(1, "rising", "value[0]", "1e3 * amplitude[0]")),
     ),
     "activation": Figured(
         {"study.until": "2 s", "study.orientations": ["0 deg", "180 deg"], "study.phases": 2},
         (
             Line(0, "without pendulums", "curve_speed[0]", "1e3 * curve_amplitude[0]"),
-            Line(0, "switchable, 0°", "curve_speed[1]", "1e3 * curve_amplitude[1]"),
             Line(1, "switchable", "orientation * DEG", "1e3 * peak[0].mean(axis=-1)"),
-            Line(1, "rigid", "orientation * DEG", "1e3 * rigid_peak.mean(axis=-1)"),
         ),
     ),
     "approximation": Figured(
@@ -124,7 +103,6 @@ EXPECTED: dict[str, Figured] = {
             *(Line(0, name, "angle", f"speed_over_angle[{k}]") for k, name in enumerate(DAMPINGS)),
             *(Line(1, name, "angle", f"1e3 * amplitude_over_angle[{k}]") for k, name in enumerate(DAMPINGS)),
             Line(2, 0, "value", "speed_deviation"),
-            Line(2, "same outcome", "value[same_outcome == 1]", "speed_deviation[same_outcome == 1]"),
             Line(3, "measured: order 0.90", "factor", "error"),
         ),
     ),
@@ -132,7 +110,6 @@ EXPECTED: dict[str, Figured] = {
         {},
         (
             Line(0, "contour", "1e3 * contour_x[0]", "1e3 * contour_y[0]"),
-            Line(0, "pitch curve", "1e3 * pitch_x[0]", "1e3 * pitch_y[0]"),
             Line(1, 0, "cam_angle * DEG", "1e3 / curvature[0]", part=True),
             Line(2, 0, "cam_angle * DEG", "pressure_angle[0] * DEG"),
             Line(3, 0, "cam_angle * DEG", "contact_force[0]"),
@@ -145,15 +122,12 @@ EXPECTED: dict[str, Figured] = {
         {},
         (
             Line(0, "original cam", "1e3 * time", "acceleration[0]"),
-            Line(0, "corrected cam", "1e3 * time", "acceleration[1]"),
             Bars(1, "amplitude"),
             Line(2, 0, "1e3 * time", "shaft_speed * RPM"),
             Bars(3, "speed_amplitude"),
             Line(4, 0, "1e3 * contour_x[0, 0]", "1e3 * contour_y[0, 0]"),
-            Line(4, 1, "1e3 * contour_x[1, 0]", "1e3 * contour_y[1, 0]"),
             Line(5, 1, "cam_angle * DEG", "1e3 * moved[0]"),
             Line(6, 0, "cam_angle * DEG", "pressure_angle[0, 0] * DEG"),
-            Line(6, 1, "cam_angle * DEG", "pressure_angle[1, 0] * DEG"),
             Line(7, 0, "cam_angle * DEG", "1e3 / curvature[0, 0]", part=True),
         ),
     ),
@@ -172,12 +146,10 @@ EXPECTED: dict[str, Figured] = {
         {"study.cuts": 2, "study.simulate": 5, "study.orders": 10},
         (
             Line(0, "original cam", "tau * DEG", "speed[0] * RPM"),
-            Line(0, "corrected cam", "tau * DEG", "speed[1] * RPM"),
             Bars(1, "output_acceleration"),
             Line(2, "at constant speed", "tau * DEG", "1e-3 * power_at_constant_speed"),
             Line(3, 0, "cut", "cut_residual"),
             Line(4, "original cam", "swept_speed * RPM", "residual_deviation[0] * DEG"),
-            Line(4, "corrected cam", "swept_speed * RPM", "residual_deviation[1] * DEG"),
         ),
     ),
     "capture-probability": Figured(
@@ -188,7 +160,6 @@ EXPECTED: dict[str, Figured] = {
         {},
         (
             Line(0, "0.0195 N m s: unidentified", "curve_1_x[0]", "curve_1_y[0]", part=True),
-            Line(0, "0.039 N m s: compensated", "curve_1_x[1]", "curve_1_y[1]", part=True),
             Line(1, "0.0195 N m s: unidentified", "curve_2_x[0]", "1e3 * curve_2_y[0]", part=True),
             Line(2, 0, "result['drive.slope'].values", "final_speed"),
             Line(3, 0, "result['drive.slope'].values", "1e3 * final_amplitude"),
@@ -198,9 +169,7 @@ EXPECTED: dict[str, Figured] = {
         {"study.points": 5, "study.resolution": "0.5 rad/s", "study.until": "3 s"},
         (
             Line(0, "averaged equations, stable", "value", "phase[0] * DEG", part=True),
-            Line(0, "averaged equations, unstable", "value", "phase[0] * DEG % 360", part=True, off=0.1),
             Line(1, "averaged equations, stable", "value", "speed", part=True),
-            Line(1, "run: entrained", "run_value", "run_mean_speed", part=True),
         ),
     ),
     "exciter-design": Figured(
@@ -216,9 +185,7 @@ EXPECTED: dict[str, Figured] = {
         },
         (
             Line(0, "target", "1e6 * share", "1e3 * amplitude_wanted"),
-            Line(0, "averaged equations", "1e6 * share", "1e3 * amplitude_slow"),
             Line(1, "averaged equations", "share", "1e3 * amplitude_slow"),
-            Line(1, "full equations", "share", "1e3 * amplitude_full"),
             Line(2, "amplitude, averaged equations", "beat_time", "1e3 * beat_amplitude"),
             Line(3, "target", "1e3 * wanted_upper", "wanted_ratio"),
         ),
@@ -227,10 +194,8 @@ EXPECTED: dict[str, Figured] = {
         {},
         (
             Line(0, "without noise", "reading_time", "speed"),
-            Line(0, "readings, with noise", "reading_time", "reading"),
             Line(2, "alarm of the chart", "alarm_time", "seen"),
             Line(3, "stiffness, share of the initial one", "time", "stiffness"),
-            Line(3, "damage", "time", "damage"),
         ),
     ),
     "drive-failure": Figured(
@@ -259,8 +224,6 @@ EXPECTED: dict[str, Figured] = {
         (
             Line(0, "candidates", "tried_objective[:, 0]", "1e6 * tried_objective[:, 1]"),
             Line(1, "candidates", "tried_objective[:, 0]", "1e3 * tried_objective[:, 2]"),
-            Line(0, "machine as it is", "own_checked[0]", "1e6 * own_checked[1]"),
-            Line(1, "machine as it is", "own_checked[0]", "1e3 * own_checked[2]"),
         ),
     ),
     "orbit-branch": Figured(
@@ -273,21 +236,10 @@ EXPECTED: dict[str, Figured] = {
             ),
         ),
     ),
-    "phase-portrait": Figured(
-        {},
-        (
-            Line(0, 0, "trajectories[0, 0]", "trajectories[0, 1]"),
-            Line(0, -1, "fixed_points[1, 0]", "fixed_points[1, 1]"),
-        ),
-    ),
+    "phase-portrait": Figured({}, (Line(0, 0, "trajectories[0, 0]", "trajectories[0, 1]"),)),
     "speed-curve": Figured(
         {"study.range": ["0.005 N m s", "0.02 N m s"], "study.points": 2},
-        (
-            Line(0, 0, "value", "speed", part=True, off=0.02),
-            Line(1, 0, "value", "1e3 * amplitude", part=True, off=0.02),
-            Line(0, -2, "special_value", "special_speed"),
-            Line(1, -2, "special_value", "1e3 * special_amplitude"),
-        ),
+        (Line(0, 0, "value", "speed", part=True, off=0.02), Line(1, 0, "value", "1e3 * amplitude", part=True, off=0.02)),
     ),
     "stability-map": Figured(
         {
@@ -303,11 +255,8 @@ EXPECTED: dict[str, Figured] = {
         {"study.points": 2},
         (
             Line(0, 0, "time[0]", "speed[0, 0]"),
-            Line(0, 1, "time[1]", "speed[1, 0]"),
             Line(1, 0, "time[0]", "1e3 * amplitude[0]"),
-            Line(1, 1, "time[1]", "1e3 * amplitude[1]"),
             Line(2, "when the voltage returns", "dip_duration", "dip_speed_at_recovery"),
-            Line(2, "at the end, returned", "dip_duration[dip_returns > 0]", "dip_speed[dip_returns > 0]"),
         ),
     ),
 }
@@ -349,7 +298,11 @@ def assert_shown(axis: Axes, line: Line, result: xr.Dataset) -> None:
         assert points.max(axis=0) == pytest.approx(known.max(axis=0), rel=1e-9, abs=1e-12 * scale.max())
 
 
-@pytest.mark.parametrize("drawn", list(EXPECTED), indirect=True)
+LONG = {"exciter-design", "capture-probability", "optimise-balancer", "entrainment"}  # searches, or hundreds of runs
+KINDS = [pytest.param(kind, marks=pytest.mark.slow) if kind in LONG else kind for kind in EXPECTED]
+
+
+@pytest.mark.parametrize("drawn", KINDS, indirect=True)
 def test_lines_are_where_the_data_are(drawn: tuple[xr.Dataset, Figure], request: pytest.FixtureRequest) -> None:
     result, figure = drawn
     for shown in EXPECTED[request.node.callspec.params["drawn"]].shown:
@@ -363,7 +316,7 @@ def test_lines_are_where_the_data_are(drawn: tuple[xr.Dataset, Figure], request:
             assert_shown(axis, shown, result)
 
 
-@pytest.mark.parametrize("drawn", list(EXPECTED), indirect=True)
+@pytest.mark.parametrize("drawn", KINDS, indirect=True)
 def test_all_of_a_result_is_as_stated(drawn: tuple[xr.Dataset, Figure], request: pytest.FixtureRequest) -> None:
     stated.check(f"template-{request.node.callspec.params['drawn']}", *drawn)
 
