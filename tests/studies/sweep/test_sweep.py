@@ -138,6 +138,7 @@ def test_a_strong_drive_does_not_jump(machine: Machine) -> None:
     assert "no jump" in result.attrs["sentence"]
 
 
+@pytest.mark.slow
 def test_steep_is_no_jump(machine: Machine) -> None:
     """Just beyond the cusp the curve is nearly vertical, but both ways agree."""
     result = run(Sweep(along=OMEGA_1, range=(6.0, 11.0), rate=0.01), machine.with_values({"carrier.damping": 2.2}))
