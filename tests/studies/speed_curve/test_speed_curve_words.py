@@ -171,3 +171,13 @@ def test_stable_is_solid_and_unstable_dashed() -> None:
     assert {(0, True), (0, False), (1, False), (2, True)} <= drawn and not {(1, True), (2, False)} & drawn
     solid = [one for one in lines if one.get_color() == COLOURS[0] and one.get_linestyle() == "-"]
     assert max(x for one in solid for x in one.get_xdata()) == pytest.approx(1.8331080, abs=1e-6)
+
+
+def test_many_values_have_the_colours_of_a_scale_and_some_names() -> None:
+    values = [0.5 * k for k in range(9)]
+    (axis, *_) = draw(at_second(*values[::-1])).axes
+    solid = [one for one in axis.lines if one.get_linestyle() == "-"]
+    colours = {round(float(np.max(one.get_ydata())) ** 2 - 10, 6): one.get_color() for one in solid}
+    assert sorted(colours) == pytest.approx(values) and len(set(colours.values())) == 9
+    names = [t.get_text() for t in axis.get_legend().get_texts()][:7]
+    assert names == [f"$shift$ = {v}" for v in ("0", "0.5", "1.5", "2", "2.5", "3.5", "4")]

@@ -126,7 +126,6 @@ ISOLA = wucht.UserSystem(
 )
 
 
-@pytest.mark.slow
 def test_a_closed_branch_of_orbits() -> None:
     asked: dict[str, Any] = {"along": "p", "range": [-1.0, 1.0], "second": "s", "second_range": [0.2, 0.8], "cells": 2}
     summary = run(StabilityMap(**asked, ranges={"x": [-2, 2], "y": [-2, 2]}), ISOLA).wucht.summary
