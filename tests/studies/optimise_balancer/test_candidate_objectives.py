@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from tests.refusals import refused
@@ -66,21 +64,6 @@ def test_a_held_speed_passes_no_resonance() -> None:
     assert search.objectives == (SETTLING, RESIDUAL, CAPTURE)
     with refused("study.objectives", given="peak"):
         OptimiseBalancer(vary={"damping": [1e-5, 1e-4]}, objectives=["peak"]).prepare(held)
-
-
-def test_the_rest_of_the_start_is_everyones() -> None:
-    start = {"drum": {"angle": "90 deg", "speed": "5 rad/s"}, "carrier": {"x": "1 mm"}}
-    trials = SPEC.model_copy(update={"start": start}).prepare(FAST)[0].as_it_is
-    turned = replace(trials, start={})
-    assert np.array_equal(trials.phases, turned.phases)
-    begun, plain = trials.starts(FAST), turned.starts(FAST)
-    moved = dict(zip(FAST.state_names, (begun - plain).T[0], strict=True))
-    bodies = {b.name: b.coordinate for b in FAST.bodies}
-    assert moved.pop(bodies["drum"].velocity.name) == 5.0
-    for name in ("drum", "p1", "p2"):
-        assert moved.pop(bodies[name].position.name) == pytest.approx(np.pi / 2)
-    assert moved.pop(FAST.carrier[0].position.name) == pytest.approx(1e-3)
-    assert not any(moved.values())
 
 
 @pytest.mark.parametrize("start", [{"psi": 1.0}, {"p1": 0.3}, {"p2": {"angle": 0.3, "speed": 1.0}}])

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from tests.refusals import check_file, check_refusal
 
-from wucht import load, run_file
 from wucht import run as ask
+from wucht import run_file
 from wucht.cli.options import parse_settings
 from wucht.dynamics.balancers.candidates import evaluate_batch
 from wucht.dynamics.sampling.choice import Scores
@@ -21,19 +19,6 @@ from wucht.studies.registry import study_of
 from wucht.studies.study_file import read_study
 
 pytestmark = pytest.mark.usefixtures("no_figures")
-SMALL = [f"--set=study.{s}" for s in ("samples=2", "population=4", "evaluations=8", "points=1", "damping_curve=false")]
-
-
-@pytest.mark.slow
-def test_its_template_runs_and_is_drawn_again(here: Path, from_template: Callable[..., dict[str, Any]]) -> None:
-    summary = from_template("optimise-balancer", *SMALL)
-    assert summary["candidates"] == 8
-    (point,) = summary["front"]
-    assert 0.02 <= point["parameters"]["damping"] <= 0.5
-    # The search has what the bodies could leave at least; where they stand, the carrier's damping turns them away a little.
-    assert point["objectives"]["residual"] == pytest.approx(point["checked"]["residual"], rel=0.01, abs=1e-9)
-    assert point["objectives"]["residual"] <= point["checked"]["residual"] + 1e-12
-    assert load("out/result.nc").sizes["candidate"] == 8
 
 
 WRONG = [

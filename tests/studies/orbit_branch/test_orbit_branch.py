@@ -15,7 +15,6 @@ from tests.refusals import check_refusal, refused
 
 from wucht import OrbitBranch, UserSystem, draw, load_machine, report, run
 from wucht.files.user_system import equations_from
-from wucht.plots.style import COLOURS
 
 # r' = r (mu - r^2), phase with frequency 2 + mu: the orbit is a circle of radius sqrt mu, its exponent -2 mu.
 CIRCLE = {
@@ -60,13 +59,18 @@ def test_circles_and_their_exponents() -> None:
 
 
 def test_its_ends_are_a_hopf_point_and_the_range() -> None:
+    """The parameter of the Hopf point is 0 but for rounding, and is written so; a whole search has no warnings."""
     s = circles().wucht.summary
     ends = {e["kind"]: e for e in s["ends"]}
     assert set(ends) == {"hopf", "range"}
-    assert ends["hopf"]["mu"] == pytest.approx(0.0, abs=1e-8)
-    assert ends["range"]["mu"] == 2.0
+    assert ends["hopf"]["mu"] == pytest.approx(0.0, abs=1e-8) and ends["range"]["mu"] == 2.0
     assert s["branches"][0]["stable"][0] == pytest.approx([0.0, 2.0], abs=1e-8)
-    assert "a Hopf point" in s["sentence"]
+    assert circles().wucht.sentence == (
+        "periodic orbits at mu from 0 to 2, stable from 0 to 2; it ends at a Hopf point and at the end of the range"
+    )
+    assert circles().wucht.warnings == []
+    assert {name for curve in OrbitBranch.curves_of_equations for name in curve} <= {*circles().variables}, "to be compared"
+    assert "    end        at mu = 0 the orbit shrinks to an equilibrium: a Hopf point" in report(circles())
 
 
 def test_every_orbit_of_the_circles_in_closed_form() -> None:
@@ -87,24 +91,6 @@ def test_every_orbit_of_the_circles_in_closed_form() -> None:
     assert radius == pytest.approx(np.sqrt(made.orbit_value.values)[:, None] * np.ones(radius.shape[1]), rel=1e-6)
 
 
-def test_the_words_on_the_circles() -> None:
-    """The parameter of the Hopf point is 0 but for rounding, and is written so; a whole search has no warnings."""
-    assert circles().wucht.sentence == (
-        "periodic orbits at mu from 0 to 2, stable from 0 to 2; it ends at a Hopf point and at the end of the range"
-    )
-    assert circles().wucht.warnings == []
-    assert {name for curve in OrbitBranch.curves_of_equations for name in curve} <= {*circles().variables}, "to be compared"
-    _, _, branch, hopf, end, *orbits = report(circles())
-    assert branch.startswith("  branch 1     from a run at mu = 1: mu from ")
-    assert branch.endswith(" to 2, stable at mu from 0 to 2"), "no angle returns, as there is none"
-    assert hopf == "    end        at mu = 0 the orbit shrinks to an equilibrium: a Hopf point"
-    assert end == "    end        the range ends at mu = 2"
-    assert orbits[:2] == [
-        "  orbit        mu = 0.5: period 2.5132741, x -0.707107 to 0.707107, largest exponent -1, stable",
-        "  orbit        mu = 1.5: period 1.7951958, x -1.22474 to 1.22474, largest exponent -3, stable",
-    ]
-
-
 @cache
 def islands() -> Any:
     values = tuple(2 * k + share for k in range(3) for share in np.linspace(0.2, 0.8, 6).tolist())
@@ -123,14 +109,8 @@ def test_each_orbit_has_the_number_of_its_branch() -> None:
     ]
     largest = np.maximum(-1.0, -2 * np.sin(np.pi * made.orbit_value.values))  # the angle's is -1
     assert made.orbit_exponent_re.values[0] == pytest.approx(largest, rel=1e-6)
-
-
-def test_sixteen_orbits_are_listed_and_the_others_counted() -> None:
-    lines = report(islands())
-    assert sum(line.startswith("  orbit ") for line in lines) == 16
-    assert lines[-2] == "  and 2 more orbits: see the Dataset"
-    assert all(line.endswith("; all angles return") for line in lines if line.startswith("  branch "))
-    assert "more orbits" not in " ".join(report(circles()))
+    lines = report(made)
+    assert sum(line.startswith("  orbit ") for line in lines) == 16 and lines[-2] == "  and 2 more orbits: see the Dataset"
 
 
 def test_a_value_without_an_orbit_is_told() -> None:
@@ -197,42 +177,10 @@ def test_orbits_of_a_rotor() -> None:
     lines = report(made)
     assert lines[2].endswith("; turns a period: psi -1")
     assert "(630.30303 of the rotor's angle), 0.8131 to 1.5626, largest exponent -0.30692, stable" in lines[5]
-    of = "disturbances with equal phases of the bodies only"
-    assert lines[6] == f"  stability    in the averaged equations, of {of}; exponents: per unit of time"
-
-
-def test_a_parameter_may_have_the_name_of_a_key() -> None:
-    """The circles once more, with a parameter whose name is a key of special points and of ends."""
-    described = {
-        "parameters": {"hidden": 1.0},
-        "definitions": {"s": "hidden - x^2 - y^2", "w": "2 + hidden"},
-        "states": {"x": "s*x - w*y", "y": "w*x + s*y"},
-    }
-    box = {"x": (-1.0, 1.0), "y": (-1.0, 1.0)}
-    asked = OrbitBranch(along="hidden", range=(-1.0, 2.0), at=1.0, values=(0.5,), start={"x": 0.5}, ranges=box)
-    result = run(asked, own(described))
-    assert result.wucht.summary["orbits"][0]["value"] == 0.5
-    assert {e["kind"]: pytest.approx(e["value"], abs=1e-8) for e in result.wucht.summary["ends"]} == {"hopf": 0.0, "range": 2.0}
-    assert any(line.startswith("  orbit        hidden = 0.5") for line in report(result))
-
-
-def test_the_figure_and_the_report_are_made_of_the_dataset_alone() -> None:
-    drawn = draw(circles())
-    assert len(drawn.axes) == 4
-    extremes, runs, *_ = drawn.axes
-    solid = [line for line in extremes.get_lines() if line.get_linestyle() == "-" and line.get_color() == COLOURS[6]]
-    dashed = [line for line in extremes.get_lines() if line.get_linestyle() == "--" and line.get_color() == COLOURS[6]]
-    assert max(np.max(line.get_xdata()) for line in solid) <= 1e-9, "what is stable ends at the Hopf point"
-    assert (min(np.min(x.get_xdata()) for x in dashed), max(np.max(x.get_xdata()) for x in dashed)) == (
-        pytest.approx(0.0, abs=0.1), pytest.approx(2.0),
-    )  # fmt: skip
-    assert COLOURS[0] not in {line.get_color() for line in runs.get_lines()}, "the colour of the branch"
-    lines = report(circles())
-    assert any("Hopf point" in line for line in lines)
 
 
 def test_orbits_are_drawn_from_their_least_value_over_one_period() -> None:
-    """x = -sqrt(mu) cos(2 + mu) t, and as stored, the period repeated."""
+    """x = -sqrt(mu) cos(2 + mu) t, and as stored, the period repeated; beside that in the plane of two states, no angles."""
     made = circles()
     lines = draw(made).axes[1].get_lines()
     assert len(lines) == 2
@@ -244,19 +192,10 @@ def test_orbits_are_drawn_from_their_least_value_over_one_period() -> None:
         time, stored = made.orbit_time.values[k], made.orbit_state.values[k]
         begin = time[stored[:-1].argmin()]
         assert x == pytest.approx(np.interp(begin + t / t[-1] * time[-1], time, stored, period=time[-1]), abs=1e-9)
-
-
-def test_orbits_are_drawn_in_the_space_of_two_states() -> None:
-    """The state of the other panels first, then one that is no angle."""
     for made, second in ((circles(), 1), (islands(), 2)):
-        axis = draw(made).axes[3]
-        assert (axis.get_xlabel(), axis.get_ylabel()) == ("x", "y")
         of_first = made.orbit_states.values[made.orbit_branch.values == 0]
-        assert len(axis.get_lines()) == len(of_first)
-        for line, states in zip(axis.get_lines(), of_first, strict=True):
-            x, y = (np.asarray(v, float) for v in line.get_data())
-            assert np.array_equal(x, states[0]) and np.array_equal(y, states[second])
-            assert line.get_linestyle() == "-"
+        for line, states in zip(draw(made).axes[3].get_lines(), of_first, strict=True):
+            assert np.array_equal(line.get_xdata(), states[0]) and np.array_equal(line.get_ydata(), states[second])
 
 
 def test_unstable_orbits_are_dashed() -> None:
@@ -318,17 +257,6 @@ def test_a_run_takes_no_longer_than_it_may() -> None:
     assert orbit["period"] == pytest.approx(2 * np.pi / 3, rel=1e-8)
     (tried,) = run(OrbitBranch(**asked, until=1.0), own(CIRCLE)).wucht.summary["tried"]
     assert tried["found"] == "at mu = 1 it has settled neither in a steady state nor on an orbit after 1"
-
-
-def test_steady_states_are_seen_as_the_orbits_are() -> None:
-    """By default r, the first state that is no angle: it rests at 0, whatever theta is."""
-    r = run(
-        OrbitBranch(along="p", range=(0.0, 3.0), at=2.0, values=(2.0,), longest=100.0, ranges={"r": (-1, 1)}), own(ROTATION)
-    )
-    assert r.steady_state.attrs["long_name"] == "state r"
-    assert r.steady_state.size > 0
-    np.testing.assert_allclose(r.steady_state, 0.0, atol=1e-9)
-    assert not [name for name in r.variables if "speed" in str(name) or "phi" in str(name) or "amplitude" in str(name)]
 
 
 @pytest.mark.parametrize(
@@ -398,11 +326,8 @@ def test_a_closed_branch_is_described_once() -> None:
     assert branch["stable"] == [pytest.approx([2.9862948102, 4.7221252364], abs=1e-6)]
     passed = [o for o in s["orbits"] if not o["kind"] and abs(o["rho"] - s["orbits"][2]["rho"]) < 1e-9]
     assert len(passed) == 2
-
-
-def test_at_special_orbits_no_disturbance_grows_by_rounding() -> None:
-    r = isola()
-    assert r.unstable.values[r.at_special.values == 1].tolist() == [0, 0]
+    at_folds = isola().unstable.values[isola().at_special.values == 1]
+    assert at_folds.tolist() == [0, 0], "no disturbance grows by rounding"
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -80,14 +79,7 @@ def test_fixed_points_come_and_go_at_the_folds() -> None:
     assert not upper["stable"] and upper["transverse"][0][0] > 0
 
 
-@pytest.mark.parametrize(
-    ("u", "period", "low", "high"),
-    [
-        pytest.param(2.0, 1665.34645, 0.77291, 1.42312, marks=pytest.mark.slow),
-        (3.0, 630.30303, 0.81310, 1.56264),
-        (5.0, 1199.31590, 0, 0),
-    ],
-)
+@pytest.mark.parametrize(("u", "period", "low", "high"), [(3.0, 630.30303, 0.81310, 1.56264), (5.0, 1199.31590, 0, 0)])
 def test_the_rotating_orbit(u: float, period: float, low: float, high: float) -> None:
     """cases.md: between the folds psi falls by a turn in this period of the rotor's angle; least and greatest speed."""
     result = portrait(u, trajectories=[{"psi": 0.0, "speed": 0.5}])
@@ -203,12 +195,6 @@ def test_many_portraits_are_one_result_and_are_resumed(tmp_path: Path) -> None:
     assert len(wucht.report(whole)) > 10
 
 
-def test_seeded_starts_are_the_same_again() -> None:
-    first, again, other = (portrait(1.0, trajectories=3, seed=seed).trajectories for seed in (0, 0, 1))
-    xr.testing.assert_identical(first, again)
-    assert first.shape != other.shape or not np.allclose(first, other, equal_nan=True)
-
-
 def test_default_ranges_show_all_fixed_points() -> None:
     """Of equations without angles a window around those that are found; of a machine the speeds of its drive."""
     from wucht.files.user_system import equations_from
@@ -223,13 +209,3 @@ def test_default_ranges_show_all_fixed_points() -> None:
     nowhere = equations_from({"states": {"x": "1 + x^2", "y": "-y"}})
     with refused("study.ranges", "x", given=None):
         wucht.run(wucht.PhasePortrait(), nowhere)
-
-
-@pytest.mark.slow
-def test_the_command(here: Path, wucht: Callable[..., Any]) -> None:
-    completed = wucht("run", "drozdetskaya-2020/figure-2.14", "--set", "study.trajectories=2", "--json", "-o", "out")
-    assert completed.code == 0
-    cases = completed.document["summary"]["cases"]
-    assert [len(c["closed_curves"]) for c in cases] == [1, 1, 0]
-    assert Path("out/phase-portrait.png").stat().st_size > 10_000
-    assert wucht("plot", "out/result.nc", "-o", "again").code == 0

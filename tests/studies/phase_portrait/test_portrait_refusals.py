@@ -39,12 +39,12 @@ def test_closed_curves_are_met_where_no_trajectory_is_drawn() -> None:
 def test_the_model_is_named() -> None:
     """Machines in SI units keep the inertia of their bodies, where two states are left with it; else a warning says it."""
     real = wucht.run(wucht.PhasePortrait(together=True, trajectories=0), wucht.load_machine("drozdetskaya-2020/r1-u1"))
-    s, words = real.wucht.summary, "averaged equations, without the inertia of the balancing bodies"
+    s = real.wucht.summary
     assert (s["model"], s["inertia"], s["order"]) == ("averaged", False, 1)
     assert any("the inertia of p1, p2 is left out" in w and "approximation" in w for w in real.wucht.warnings)
-    assert s["sentence"].startswith(words) and any(words in line for line in wucht.report(real))
-    assert words in " ".join(text.get_text().replace("\n", " ") for text in wucht.draw(real).texts)
-    with refused("study.together", "p1.phase", "p2.phase", "drum.speed", "p1.speed", "p2.speed", "inertia = false", given=True):
+    assert s["sentence"].startswith("averaged equations, without the inertia of the balancing bodies")
+    states = ("p1.phase", "p2.phase", "drum.speed", "p1.speed", "p2.speed", "inertia = false")
+    with refused("study.together", *states, given=True):
         summary(wucht.load_machine("drozdetskaya-2020/r1-u1"), together=True, inertia=True)
 
 
@@ -83,6 +83,9 @@ def test_one_signal_ends_the_search() -> None:
 
 def test_equal_values_are_one_portrait_and_bad_ranges_are_refused() -> None:
     several = equations_from(SADDLE)
+    for given, missing in (({"along": "mu"}, "values"), ({"values": [1.0]}, "along")):
+        with refused(f"study.{missing}", code="missing"):
+            wucht.PhasePortrait(**given)
     assert len(summary(several, along="mu", values=[1, 1.0, 2], ranges=SQUARE)["cases"]) == 2
     for bad in ((0, float("inf")), (0, 1e300), (False, True), (0, "nan"), (1, 1 + 1e-12)):
         with pytest.raises(InputError, match=r"study\.ranges"):
@@ -113,25 +116,6 @@ def test_keys_that_another_study_leaves_out_are_named(here: Path, wucht: Callabl
     assert completed.code == 2
     assert "the values of" in completed.err and "along" in completed.err and "values" in completed.err
     assert "use --set study.along=..." in completed.err
-
-
-def test_equal_ranges_have_equal_scales() -> None:
-    drawn = [
-        wucht.draw(wucht.run(wucht.PhasePortrait(trajectories=0, ranges=SQUARE | r), own("x"))) for r in ({}, {"y": (-1, 1)})
-    ]
-    assert [d.axes[0].get_aspect() for d in drawn] == [1.0, "auto"]
-
-
-def test_the_legend_is_below_the_names_of_the_axes() -> None:
-    """Six panels, as in figure A.2."""
-    several = equations_from(SADDLE)
-    spec = wucht.PhasePortrait(trajectories=1, along="mu", values=[1, 2, 3, 4, 5, 6], ranges=SQUARE, nullclines=True)
-    drawn = wucht.draw(wucht.run(spec, several))
-    drawn.canvas.draw()
-    legend = drawn.legends[0].get_window_extent()
-    lowest = min(a.xaxis.label.get_window_extent().y0 for a in drawn.axes if a.get_xlabel())
-    assert legend.y1 < lowest
-    assert legend.y0 >= 0
 
 
 def test_a_window_in_which_nothing_attracts_any_more() -> None:

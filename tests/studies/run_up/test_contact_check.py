@@ -49,10 +49,9 @@ def test_contacts_that_are_stiff_enough() -> None:
     assert s["contact_check_residual"] == pytest.approx(difference, abs=1e-9)
     change = abs(t["peak_amplitude"] - s["peak_amplitude"]) / s["peak_amplitude"]
     assert s["contact_check_amplitude"] == pytest.approx(change, abs=1e-9)
-    report = "".join(wucht.report(soft))
-    assert f"four times as stiff, the largest amplitude changes by {100 * s['contact_check_amplitude']:.2g} %" in report
     overlap, length = s["overlaps"]["ring"], s["overlap_lengths"]["ring"]
-    assert f"of 200 rad/s; bodies overlap by {1e6 * length:.3g} µm at most, {math.degrees(overlap):.2g}°" in report
+    told = f"of 200 rad/s; bodies overlap by {1e6 * length:.3g} µm at most, {math.degrees(overlap):.2g}°"
+    assert told in "".join(wucht.report(soft))
 
 
 @pytest.mark.parametrize(("frequency", "is_changed"), [(3.0, True), (7.0, False)])
@@ -82,29 +81,14 @@ def test_each_run_of_many_is_checked() -> None:
     assert any("depends on the stiffness" in w for w in result.wucht.warnings)
 
 
-@pytest.mark.parametrize("frequency", [None, 500.0])
-def test_a_frequency_that_is_set_holds_whether_the_file_gives_one_or_not(frequency: float | None) -> None:
+def test_a_frequency_that_is_set_holds_whether_the_file_gives_one_or_not() -> None:
     """Twenty times 200 rad/s if neither does."""
-    summary = run(frequency, set_frequency=300.0, until=1.0).wucht.summary
-    assert summary["contact_frequencies"] == {"ring": 300.0}
-    assert run(None, until=1.0).wucht.summary["contact_frequencies"] == {"ring": 4000.0}
-    check_refusal("run-up: a contact frequency of 0", lambda: run(frequency, set_frequency=0.0))
+    for frequency, asked, expected in ((None, 300.0, 300.0), (500.0, 300.0, 300.0), (None, None, 4000.0)):
+        summary = run(frequency, set_frequency=asked, until=0.3).wucht.summary
+        assert summary["contact_frequencies"] == {"ring": expected}
+    check_refusal("run-up: a contact frequency of 0", lambda: run(500.0, set_frequency=0.0))
 
 
 def test_bodies_that_never_touch_are_not_checked() -> None:
-    machine = machine_from(
-        {
-            "carrier": {"mass": 9.0, "stiffness": 1e5, "damping": 200.0},
-            "bodies": [
-                {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 1e-3, "inertia": 0.03},
-                *(
-                    {"kind": "pendulum", "name": n, "about": "drum", "mass": 0.05, "length": 0.1, "damping": 0.02,
-                     "diameter": 0.01, "track": "ring", "restitution": 0.5}
-                    for n in "ab"
-                ),
-            ],
-            "drive": {"on": "drum", "kind": "linear", "slope": 0.05, "no_load_speed": 60.0},
-        }
-    )  # fmt: skip
-    summary = wucht.run(wucht.RunUp(start={"a": 0.0, "b": 3.1}, until=1.0), machine).wucht.summary
+    summary = run(None, until=0.05).wucht.summary
     assert summary["overlaps"] == {"ring": 0.0} and "contact_check" not in summary

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,37 +19,32 @@ def subject(states: dict[str, str] | None = None, angles: tuple[str, ...] = ()) 
 
 
 def test_its_summary_has_the_orbit_and_names_of_its_states() -> None:
-    result = wucht.run(wucht.RunUp(start={"x": 0.1}), subject())
+    result = wucht.run(wucht.RunUp(start={"x": 0.1}, stored_samples=1001), subject())
     summary = result.wucht.summary
     assert (summary["outcome"], summary["stable"]) == ("periodic", True)
     assert summary["period"] == pytest.approx(np.pi, rel=1e-9)
     assert summary["max"] == pytest.approx({"x": 1.0, "y": 1.0}, abs=1e-5)
     assert summary["lyapunov_exponent"]["value"] is None
     assert not {name for name in summary if "speed" in name or "amplitude" in name}
-    assert result.states.dims == ("state", "time")
+    assert result.states.dims == ("state", "time") and result.sizes["time"] <= 1001
     assert result.states.sel(state="x").values[0] == 0.1
     radius = np.hypot(*result.states.values)
     assert radius == pytest.approx(1 / np.sqrt(1 + 99 * np.exp(-2 * result.time.values)), abs=1e-9)
 
 
-def test_a_report_and_a_figure_are_made_from_the_dataset(tmp_path: Path) -> None:
+def test_a_report_and_a_figure_are_made_from_the_dataset() -> None:
     result = wucht.run(wucht.RunUp(start={"a": 0.5}), subject({"a": "w", "w": "1 - w"}, ("a",)))
     lines = wucht.report(result)
     assert lines[1].startswith("verdict: PERIODIC, the motion tends to a periodic orbit of period 6.283185")
     assert any("a +1 a period" in line for line in lines)
-    fig = wucht.draw(result)
-    assert [axis.get_ylabel() for axis in fig.axes] == ["a", "w", "w"]
-    fig.savefig(tmp_path / "figure.png")
+    assert [axis.get_ylabel() for axis in wucht.draw(result).axes] == ["a", "w", "w"]
 
 
-@pytest.mark.parametrize("key", [{"turns": 3}, {"over": "phi"}, {"model": "slow"}])
+@pytest.mark.parametrize(
+    "key", [{"turns": 3}, {"over": "phi"}, {"model": "slow"}, {"start": {"xx": 1.0}}, {"start": {"x": {"speed": 1.0}}}]
+)
 def test_keys_of_machines_are_refused(key: dict[str, object]) -> None:
     check_refusal(f"run-up of equations: {key}", lambda: wucht.run(wucht.RunUp(**key), subject()))
-
-
-def test_a_start_names_states() -> None:
-    for start in ({"xx": 1.0}, {"x": {"speed": 1.0}}):
-        check_refusal(f"run-up of equations: {start}", lambda start=start: wucht.run(wucht.RunUp(start=start), subject()))
 
 
 def test_a_short_run_advises_a_longer_one() -> None:
@@ -59,20 +53,13 @@ def test_a_short_run_advises_a_longer_one() -> None:
     assert "study.until = 2 may tell" in json.loads(result.attrs["warnings"])[0]
 
 
-def test_stored_samples_are_limited() -> None:
-    result = wucht.run(wucht.RunUp(until=2.0, start={"x": 0.1}, stored_samples=101), subject())
-    assert result.sizes["time"] <= 101
-
-
-def test_many_starts_and_values_are_one_result(tmp_path: Path) -> None:
+def test_many_starts_and_values_are_one_result() -> None:
     """x' = mu x - x^3 tends to the root of mu with the sign of the start; where it starts at 0 it stays there."""
     pitchfork = equations_from({"states": {"x": "mu*x - x^3"}, "parameters": {"mu": 1.0}}, "pitchfork")
     starts = [{"x": 0.5}, {"x": -0.5}, {}]
     result = wucht.run(wucht.RunUp(starts=starts, along="mu", values=[1.0, 4.0]), pitchfork)
     s = result.wucht.summary
-    assert [c["label"] for c in s["cases"]] == [
-        f"mu = {mu}; {start}" for mu in (1, 4) for start in ("x = 0.5", "x = -0.5", "all states 0")
-    ]
+    assert s["cases"][2]["label"] == "mu = 1; all states 0" and s["cases"][3]["label"] == "mu = 4; x = 0.5"
     assert [(c["value"], c["start"], c["state"]["x"]) for c in s["cases"]] == [
         (mu, {"x": start.get("x", 0.0)}, pytest.approx(x * mu**0.5, abs=1e-6))
         for mu in (1.0, 4.0) for start, x in zip(starts, (1, -1, 0), strict=True)
@@ -82,12 +69,7 @@ def test_many_starts_and_values_are_one_result(tmp_path: Path) -> None:
     assert result.states.dims == ("case", "state", "sample")
     assert result.states.values[:, 0, 0].tolist() == [0.5, -0.5, 0.0] * 2
     assert any("mu = 4; all states 0: the start lies on an unstable equilibrium" in w for w in result.wucht.warnings)
-    lines = wucht.report(result)
-    assert lines[1] == "verdict: 6 equilibrium"
-    assert lines[2].split(maxsplit=1)[1] == "mu = 1; x = 0.5: the motion tends to an equilibrium at x = 1"
-    fig = wucht.draw(result)
-    assert len(fig.axes[0].lines) == 6 and fig.axes[0].get_ylabel() == "x"
-    fig.savefig(tmp_path / "figure.png")
+    assert wucht.report(result)[1] == "verdict: 6 equilibrium" and len(wucht.draw(result).axes[0].lines) == 6
 
 
 def test_runs_of_different_ends_are_counted() -> None:

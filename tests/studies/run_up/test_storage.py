@@ -67,12 +67,6 @@ def horizon(machine: Machine, **asked: Any) -> Horizon:
     return Horizon.of(machine, RunUp(**asked).settings, initial_state(machine, {}))
 
 
-@pytest.mark.parametrize("asked", [{"until": 2000.0}, {"until": 1e5}, {"until": 1e9}, {"settled": True}])
-def test_a_run_of_any_length_has_few_legs(asked: dict[str, Any]) -> None:
-    """Each keeps all that was seen until its end, tens of megabytes of a long run: memory, and disk."""
-    assert len(list(horizon(fast(200.0), **asked).legs())) < 250
-
-
 def test_what_is_stored_is_bounded_whatever_is_asked() -> None:
     machine = fast(200.0)
     most, starts = horizon(machine, until=1e9).most, [{"r": 0.1 * k} for k in range(100)]
@@ -114,10 +108,3 @@ def test_a_motion_that_is_stored_coarsely_has_its_limits() -> None:
         assert (whole <= high[span] + room).all()
         assert low.min() == pytest.approx(whole.min(), abs=room)
         assert high.max() == pytest.approx(whole.max(), abs=room)
-
-
-def test_more_may_be_stored_on_request() -> None:
-    machine = captured_rotor(1e-6)
-    most = horizon(machine, until=1e7).most
-    assert horizon(machine, until=1e7, stored_samples=5 * most).samples == pytest.approx(5 * most, rel=1e-3)
-    assert horizon(machine, until=1e7, stored_samples=6, values=[1, 2, 3], along="rotor.mass").most == 2

@@ -9,7 +9,6 @@ import pytest
 from scipy.optimize import brentq
 
 from wucht import RunUp
-from wucht.dynamics.run_ups import horizon
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
@@ -31,12 +30,11 @@ ALONE = {
 }
 
 
-@pytest.mark.parametrize("until", [pytest.param(None, marks=pytest.mark.slow), 100.0])
-def test_rollers_in_thin_oil_are_captured_at_the_resonance(until: float | None) -> None:
+def test_rollers_in_thin_oil_are_captured_at_the_resonance() -> None:
     """000, section 7: damping of the vibration holds the rollers at a critical speed while the rotor turns at 300 rad/s."""
     machine = machine_from(ROLLERS | {"set": {"a.damping": 2e-7, "b.damping": 2e-7}})
     start = {"a": {"angle": 0.3, "speed": 0.0}, "b": {"angle": -0.3, "speed": 0.0}}
-    result = run(RunUp(until=until, start=start), machine)
+    result = run(RunUp(until=100.0, start=start), machine)
     assert result.attrs["outcome"] == "balancer-captured"
     last = result.speed.isel(time=slice(-2000, None)).mean("time").values
     assert last[0] == pytest.approx(300.0)
@@ -49,31 +47,23 @@ def test_the_same_rollers_in_thick_oil_compensate() -> None:
     assert result.attrs["outcome"] == "compensated"
 
 
-def test_below_all_resonances_nothing_was_passed() -> None:
-    result = run(RunUp(start={"a": 0.3, "b": -0.2}), machine_from(ROLLERS | {"set": {"drive.speed": 40.0}}))
-    assert result.attrs["outcome"] == "passed"
-    assert "no resonance lies below" in result.attrs["sentence"]
-
-
 def test_bodies_that_increase_the_unbalance_are_named_with_the_factor() -> None:
     """Below the resonance they tend to the heavy side, so that all add up; beyond it too weak ones reduce it."""
     rotor, *bodies = ROLLERS["bodies"]
     shares = [b["mass"] * (b["track_radius"] - b["radius"]) / rotor["unbalance"] for b in bodies]
     start = {"a": 0.3, "b": -0.2}
     below = run(RunUp(start=start), machine_from(ROLLERS | {"set": {"drive.speed": 40.0}}))
+    assert below.attrs["outcome"] == "passed" and "no resonance lies below" in below.attrs["sentence"]
     phases = below.wucht.summary["final_phases"]
     factor = abs(1 + sum(u * cmath.exp(1j * phases[b["name"]]) for u, b in zip(shares, bodies, strict=True)))
-    assert below.wucht.summary["unbalance_factor"] == pytest.approx(
-        factor, rel=1e-4
-    )  # that of the window, not of its mean phases
-    assert factor == pytest.approx(3.0, rel=2e-3)
+    # that of the window, not of its mean phases
+    assert below.wucht.summary["unbalance_factor"] == pytest.approx(factor, rel=1e-4) and factor == pytest.approx(3.0, rel=2e-3)
     assert "the bodies increase it, to 3 times that of the rotor alone" in below.attrs["sentence"]
     weak = {f"{b['name']}.mass": 0.3 / u * b["mass"] for u, b in zip(shares, bodies, strict=True)}
     beyond = run(RunUp(start=start), machine_from(ROLLERS | {"set": weak}))
     assert beyond.attrs["outcome"] == "passed"
     assert beyond.wucht.summary["final_residual_unbalance"] == pytest.approx(1 - 0.6, rel=1e-3)
-    assert "unbalance_factor" not in beyond.wucht.summary
-    assert "increase" not in beyond.attrs["sentence"]
+    assert "unbalance_factor" not in beyond.wucht.summary and "increase" not in beyond.attrs["sentence"]
 
 
 def test_the_end_of_the_captured_branch_is_reported() -> None:
@@ -84,21 +74,6 @@ def test_the_end_of_the_captured_branch_is_reported() -> None:
     beyond = run(RunUp(), load_machine("drozdetskaya-2020/table-3.1-carrier", {"u": 2.65}))
     assert beyond.wucht.summary["final_speed"] == pytest.approx(1.8644, abs=2e-4)
     assert beyond.wucht.warnings == []
-
-
-@pytest.mark.slow
-def test_a_rotor_without_drive_runs_down() -> None:
-    """w' = -b w/J far from the resonance; through it the carrier takes energy as well."""
-    machine = machine_from(ALONE)
-    start = {"d": {"speed": 30.0}}
-    early = run(RunUp(until=5.0, start=start), machine)
-    assert early.attrs["outcome"] == "unidentified"
-    assert "run at least until" in early.wucht.summary["advice"]
-    late = run(RunUp(start=start), machine)
-    assert late.attrs["outcome"] == "stopped"
-    turns = run(RunUp(turns=1e4, start=start), machine)
-    assert turns.attrs["outcome"] == "stopped"
-    assert turns.attrs["end_time"] < 1e4
 
 
 def test_a_rotor_that_its_motor_cannot_lift_comes_to_rest() -> None:
@@ -114,13 +89,6 @@ def test_a_rotor_without_losses_swings_for_ever() -> None:
     result = run(RunUp(until=30.0, start={"d": 0.5}), machine_from(free))
     assert result.attrs["outcome"] == "oscillating"
     assert result.wucht.summary["final_speed"] == pytest.approx(0.0, abs=0.3)
-
-
-def test_beyond_the_speed_limit_it_is_a_runaway() -> None:
-    result = run(RunUp(until=10.0, speed_limit=150.0), load_machine("drozdetskaya-2020/r1-u80"))
-    assert result.attrs["outcome"] == "runaway"
-    assert float(result.speed.sel(body="drum")[-1]) == pytest.approx(150.0, rel=0.05)
-    assert result.attrs["end_time"] < 10.0
 
 
 # --- machine T: a rotor of large unbalance on a light carrier, its torque does not depend on its speed ---
@@ -156,17 +124,8 @@ def test_a_drive_without_a_no_load_speed_is_captured_too() -> None:
     assert summary["resonance_speed"] == pytest.approx(11.315, abs=1e-3)
 
 
-def test_so_is_a_series_motor_without_load() -> None:
-    motor = {"kind": "dc-series", "voltage": 1.0, "armature_resistance": 5.0, "field_resistance": 2.0, "field_inductance": 0.5,
-             "motor_constant": 0.72}  # fmt: skip
-    summary = run(RunUp(until=400.0, start=DOWN), machine_from(T | {"drive": motor})).wucht.summary
-    assert summary["outcome"] == "captured"
-    assert 10.0 < summary["final_speed"] < 11.31
-
-
-@pytest.mark.parametrize("until", [15.0, 22.2, 30.0])
-def test_a_beat_that_dies_out_is_not_called_modulated(until: float) -> None:
-    outcomes = _advised(machine_from(_bearing(5e-5)), until, DOWN)
+def test_a_beat_that_dies_out_is_not_called_modulated() -> None:
+    outcomes = _advised(machine_from(_bearing(5e-5)), 15.0, DOWN)
     assert outcomes == [*["unidentified"] * (len(outcomes) - 1), "captured"]
 
 
@@ -180,14 +139,13 @@ def test_a_run_until_settled_waits_for_its_end() -> None:
     assert run(RunUp(start=DOWN), machine_from(_bearing(5e-5))).attrs["outcome"] == "captured"
 
 
-@pytest.mark.parametrize("until", [1.0, 2.0])
-def test_following_the_advice_decides(until: float) -> None:
-    outcomes = _advised(load_machine("drozdetskaya-2020/r1-u1"), until, {"p1": 0.3, "p2": -0.5})
+def test_following_the_advice_decides() -> None:
+    outcomes = _advised(load_machine("drozdetskaya-2020/r1-u1"), 1.0, {"p1": 0.3, "p2": -0.5})
     assert outcomes == [*["unidentified"] * (len(outcomes) - 1), "captured"]
     assert len(outcomes) <= 3
 
 
-@pytest.mark.parametrize("until", [3600.0, 5000.0, 24000.0])
+@pytest.mark.parametrize("until", [3600.0, 5000.0])
 def test_a_modulation_is_known_after_five_of_its_periods(until: float) -> None:
     start = {"psi": 0.0, "delta": 0.5}
     summary = run(RunUp(until=until, start=start), load_machine("drozdetskaya-2020/table-5.1", {"u": 2.75})).wucht.summary
@@ -204,11 +162,11 @@ FAST = {
 }
 
 
-def test_a_steady_run_that_is_stored_coarsely_does_not_beat(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_steady_run_that_is_stored_coarsely_does_not_beat() -> None:
     """At 3.7 samples a turn they beat by aliasing."""
     fine = run(RunUp(until=4.0), machine_from(FAST)).wucht.summary
-    monkeypatch.setattr(horizon, "MOST_SAMPLES", round(5 * 3.7 * 4.0 * 1269.7 / (2 * math.pi)))
-    result = run(RunUp(until=4.0), machine_from(FAST))
+    few = round(3.7 * 4.0 * 1269.7 / (2 * math.pi))
+    result = run(RunUp(until=4.0, stored_samples=few), machine_from(FAST))
     coarse = result.wucht.summary
     assert result.sizes["time"] < 3100
     assert any("3.7 samples a turn" in w for w in result.wucht.warnings)
@@ -217,19 +175,17 @@ def test_a_steady_run_that_is_stored_coarsely_does_not_beat(monkeypatch: pytest.
         assert coarse[name] == pytest.approx(fine[name], rel=1e-6)
 
 
-@pytest.mark.parametrize("until", [20.0, 20.07, 20.13, 33.3])
+@pytest.mark.parametrize("until", [20.0, 20.07])
 def test_the_final_speed_is_a_mean_over_whole_turns(until: float) -> None:
     """Gravity: the speed varies by 8 % within a turn."""
     carrier = {"mass": 1.0, "directions": "x", "stiffness": 1e4, "damping": 5.0, "gravity": 9.81}
     body = {"kind": "rotor", "name": "r", "mass": 1.0, "unbalance": 5e-3, "inertia": 1e-3}
-    machine = machine_from(
-        {"carrier": carrier, "bodies": [body], "drive": {"kind": "linear", "slope": 2e-2, "no_load_speed": 30.0}}
-    )
+    drive = {"kind": "linear", "slope": 2e-2, "no_load_speed": 30.0}
+    machine = machine_from({"carrier": carrier, "bodies": [body], "drive": drive})
     assert run(RunUp(until=until), machine).wucht.summary["final_speed"] == pytest.approx(29.9690086768, rel=1e-8)
 
 
-@pytest.mark.parametrize("amplitude", [1e-3, 1e-2])
-@pytest.mark.parametrize("speed", [4.0, 20.0, 60.0])
+@pytest.mark.parametrize(("amplitude", "speed"), [(1e-3, 4.0), (1e-2, 20.0), (1e-3, 60.0)])
 def test_the_amplitude_of_a_prescribed_motion_is_its_amplitude(amplitude: float, speed: float) -> None:
     motion = {"direction": "x", "amplitude": amplitude, "frequency": 6.2832}
     body = {"kind": "rotor", "name": "r", "mass": 1.0, "unbalance": 1e-3, "inertia": 1e-3}
@@ -313,11 +269,10 @@ def test_a_slower_time_scale_slows_the_verdict_down() -> None:
     assert other["final_speed"] == pytest.approx(one["final_speed"] / 10, rel=1e-9)
 
 
-@pytest.mark.parametrize("until", [10_000.0, 20_000.0])
-def test_a_modulation_is_known_again_in_a_longer_run(until: float) -> None:
+def test_a_modulation_is_known_again_in_a_longer_run() -> None:
     """From cycle to cycle the lag of the pendulums changes by some millionths, which is how well cycles are told apart."""
     machine = load_machine("drozdetskaya-2020/table-5.1").with_values({"u": 3.15})
-    summary = run(RunUp(until=until, start={"psi": 3.241, "delta": 0.364}), machine).wucht.summary
+    summary = run(RunUp(until=10_000.0, start={"psi": 3.241, "delta": 0.364}), machine).wucht.summary
     assert summary["outcome"] == "captured-modulated"
     assert summary["advice"] is None
 

@@ -11,10 +11,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from tests.refusals import cases_of, check_file
 
-import figure_checks
-from wucht import CoastDown, LoadSpectrum, Machine, RunUp, StartStop, draw, load_machine, report, run
+from wucht import CoastDown, LoadSpectrum, Machine, RunUp, StartStop, load_machine, report, run
 from wucht.dynamics.run_ups.observed_loads import largest_magnitude, mount_places
-from wucht.fatigue.counting import rainflow
 from wucht.fatigue.damage import WoehlerLine
 from wucht.files.building import machine_from
 
@@ -172,17 +170,13 @@ def test_operation_alone_may_use_up_the_life(cycle: Any) -> None:
 def test_a_cycle_that_damages_no_more_than_operation_may_be_repeated_at_will() -> None:
     """A stiff carrier, whose resonance is never reached: what a start spares is more than a stop adds, or less."""
     for bearing, number in ((0.5, "any number of"), (0.02, "")):
-        result = run(StartStop(until=3.0, woehler=LINE, target_life="1 h"), fan(bearing=bearing, stiffness=2e7))
+        result = run(StartStop(until=3.0, woehler=LINE, target_life=3600), fan(bearing=bearing, stiffness=2e7))
         s = result.wucht.summary
         assert (s["damage"] <= s["operation_damage"] * s["switch_off_time"]) is bool(number)
         assert (s["allowed_cycles"] is None) is bool(number)
-        assert f"of operation allow {number}" in report(result)[-2]
-
-
-@pytest.mark.parametrize(("life", "words"), [(3599, "3599 s"), (3600, "1 h")])
-def test_a_long_target_life_is_in_hours(life: float, words: str) -> None:
-    lines = report(run(StartStop(until=3.0, woehler=LINE, target_life=life), fan()))
-    assert any(line.startswith(f"  target life  {words} of operation allow") for line in lines)
+        assert f"  target life  1 h of operation allow {number}" in report(result)[-2]
+    in_seconds = report(run(StartStop(until=3.0, woehler=LINE, target_life=3599), fan()))
+    assert any(line.startswith("  target life  3599 s of operation allow") for line in in_seconds)
 
 
 def test_two_rotors_that_turn_against_each_other() -> None:
@@ -209,13 +203,6 @@ def test_schedules_end_at_the_switch_off(cycle: Any) -> None:
     assert not any("schedules" in w for w in cycle.wucht.warnings)
 
 
-def test_large_energies_are_drawn_in_kj(cycle: Any) -> None:
-    largest = float(np.abs(cycle.supplied_energy).max())
-    for size, unit in ((0.99e4, "J"), (1.01e4, "kJ")):
-        axes = draw(cycle.assign(supplied_energy=(cycle.supplied_energy * (size / largest)).assign_attrs(units="J"))).axes
-        assert axes[2].get_ylabel().endswith(f" {unit})" if unit == "J" else f"({unit})")
-
-
 def test_the_largest_magnitude_lies_between_samples() -> None:
     """Of a vector on an ellipse, with 48 samples a turn; uneven steps as well."""
     angle = np.cumsum(np.append(0.03, np.tile([0.11, 0.15], 60)))
@@ -237,13 +224,6 @@ def test_until_it_has_settled() -> None:
     assert summary["switch_off_time"] > summary["settling_time"]
     assert "damage" in summary
     assert summary["damage"] is None
-
-
-def test_the_report(cycle: Any) -> None:
-    lines = "\n".join(report(cycle))
-    assert "from the supply" in lines
-    assert "20000 h of operation allow" in lines
-    assert rainflow([0.0, 1.0, 0.0], "repeat").total == 1.0
 
 
 DRIVE = '[machine.drive]\nkind = "linear"\nslope = 0.2\nno_load_speed = 150\n'
@@ -280,14 +260,3 @@ CHANGES = {
 @pytest.mark.parametrize(("old", "new"), cases_of(CHANGES))
 def test_bad_input(here: Path, old: str, new: str) -> None:
     check_file("start-stop", FILE, {old: new})
-
-
-def test_the_figure_has_its_powers_of_ten_in_the_names_of_its_scales(cycle: Any) -> None:
-    """The damage of a cycle is a few millionths: its unit is in the name of the scale, and nothing beside that."""
-    figure = draw(cycle)
-    figure_checks.check(figure)
-    assert [axis.get_ylabel() for axis in figure.axes][-1].startswith("damage so far (10⁻")
-    assert figure.get_suptitle().count("\n") == 1, "two lines"
-    for axis in figure.axes[:4]:
-        assert axis.get_lines()[0].get_xdata()[0] == 6.0, "where the drives are switched off"
-    assert np.min(figure.axes[0].get_lines()[1].get_ydata()) >= 0

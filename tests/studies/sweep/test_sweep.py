@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import math
+import signal
 from collections.abc import Callable
+from functools import cache
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -13,22 +14,28 @@ import pytest
 import xarray as xr
 from tests.refusals import Refusal, refused
 
-from interrupting import stop_at
+from interrupting import assert_same, stop_at
 from wucht import Sweep
+from wucht.cli.progress import Progress
 from wucht.dynamics.sweeps.moving import IntegrationError, Mover, Place, SweepLeg
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.studies.memory import UnitMemory
-from wucht.studies.runner import draw, report, run
+from wucht.studies.runner import draw, run
 
 OMEGA_1 = "drive.no_load_speed"
 FIGURE_5 = "sperling-vibration/figure-5"
 
 
+@cache
+def light_rotor() -> Machine:
+    """One that ripples most."""
+    return load_machine(FIGURE_5, {"rotor.inertia": 1e-5})
+
+
 @pytest.fixture(scope="module")
 def machine() -> Machine:
-    return load_machine(FIGURE_5, {"rotor.inertia": 1e-5})  # a light rotor, which ripples most
+    return light_rotor()
 
 
 def warnings(result: xr.Dataset) -> list[str]:
@@ -42,16 +49,14 @@ def both(machine: Machine) -> xr.Dataset:
 
 
 def test_both_ways_are_stored(both: xr.Dataset) -> None:
-    assert list(both.direction.values) == ["up", "down"]
+    assert list(both.direction.values) == ["up", "down"] and both.attrs["finished"] == 1
     up, down = both.sel(direction="up"), both.sel(direction="down")
-    assert (np.diff(up.value) > 0).all()
-    assert (np.diff(down.value) < 0).all()
+    assert (np.diff(up.value) > 0).all() and (np.diff(down.value) < 0).all()
     assert both.sizes["sample"] == 400
-    assert both.coords["value"].dims == both.speed.dims == ("direction", "sample")
     for name in ("value", "speed", "amplitude", "energy_residual"):
         assert np.isfinite(both[name]).all(), name
-        assert both[name].attrs["long_name"]
-    assert both.attrs["finished"] == 1
+    for ramp in (up, down):
+        assert ((ramp.min_speed <= ramp.speed) & (ramp.speed <= ramp.max_speed)).all()
 
 
 def test_the_summary_is_read_off_ramps_and_jumps(both: xr.Dataset) -> None:
@@ -68,26 +73,13 @@ def test_the_summary_is_read_off_ramps_and_jumps(both: xr.Dataset) -> None:
     for name, key in columns.items():
         assert both[f"jump_{name}"].values.tolist() == [up[key], down[key]]
     assert both.jump_upward.values.tolist() == [1, 0]
-    assert both.grid.values == pytest.approx(np.linspace(5.0, 12.0, 21))
     assert both.free_speed.values == pytest.approx(both.grid.values, rel=1e-2), "of a drive without load"
-    for way in ("up", "down"):
-        ramp = both.sel(direction=way)
-        assert ((ramp.min_speed <= ramp.speed) & (ramp.speed <= ramp.max_speed)).all()
-
-
-def test_a_sweep_in_words(both: xr.Dataset) -> None:
-    s = both.wucht.summary
     words = [
         f"at no-load speed of the drive = {j[OMEGA_1]:.6g} rad/s {sense} the speed jumps from {j['from_speed']:.5g} to "
         f"{j['to_speed']:.5g}"
         for j, sense in zip(s["jumps"], ("rising", "falling"), strict=True)
     ]
     assert both.attrs["sentence"].split("; ") == words
-    low, high = s["hysteresis"]
-    assert report(both)[1] == "verdict: 2 JUMPS"
-    assert f"  hysteresis   between {low:.6g} and {high:.6g} rad/s the state depends on the direction of the sweep" in report(
-        both
-    )
 
 
 def test_where_the_speed_is_prescribed_the_amplitude_jumps() -> None:
@@ -103,13 +95,9 @@ def test_where_the_speed_is_prescribed_the_amplitude_jumps() -> None:
     doubted, jump = result.wucht.summary["jumps"]
     assert jump["from_speed"] == pytest.approx(jump["to_speed"], rel=1e-4) and not jump["only_seen"]
     change = f"the amplitude jumps from {jump['from_amplitude']:.4g} to {jump['to_amplitude']:.4g}"
-    assert result.attrs["sentence"].endswith(f" rising {change}") and "rising the speed jumps" in result.attrs["sentence"]
-    assert doubted["only_seen"]
-    low, high = doubted["bracket"]
+    assert result.attrs["sentence"].endswith(f" rising {change}") and doubted["only_seen"]
     (warning,) = warnings(result)
-    assert warning.startswith(
-        f"the jump near {doubted['drive.speed']:.5g} is only known to lie between {low:.6g} and {high:.6g}"
-    )
+    assert f"the jump near {doubted['drive.speed']:.5g} is only known to lie between" in warning
 
 
 def test_the_branches_part_only_between_the_jumps(both: xr.Dataset) -> None:
@@ -122,11 +110,10 @@ def test_the_branches_part_only_between_the_jumps(both: xr.Dataset) -> None:
     assert apart[outside].max() < 0.01
 
 
-@pytest.mark.parametrize("rate", [0.5, 0.05])
-def test_the_jump_does_not_depend_on_the_rate(machine: Machine, both: xr.Dataset, rate: float) -> None:
+def test_the_jump_does_not_depend_on_the_rate(machine: Machine, both: xr.Dataset) -> None:
     """The ramp itself jumps late: at 0.05 (rad/s)/s by more than 0.2 rad/s. What is result is the fold all the same."""
     expected = both.wucht.summary["jumps"][0]
-    result = run(Sweep(along=OMEGA_1, range=(5.0, 12.0), rate=rate, direction="up"), machine)
+    result = run(Sweep(along=OMEGA_1, range=(5.0, 12.0), rate=0.5, direction="up"), machine)
     (jump,) = result.wucht.summary["jumps"]
     assert jump[OMEGA_1] == pytest.approx(expected[OMEGA_1], rel=1e-4)
     for key in ("from_speed", "to_speed"):  # next to the fold the speed changes with the root of the distance
@@ -134,17 +121,6 @@ def test_the_jump_does_not_depend_on_the_rate(machine: Machine, both: xr.Dataset
     ramp = result.isel(direction=0)
     late = ramp.value.values[int(np.flatnonzero(ramp.speed.values > 7.8)[0])]
     assert late > expected[OMEGA_1] + 0.2
-
-
-@pytest.mark.slow
-def test_the_bracket_is_as_narrow_as_asked(machine: Machine) -> None:
-    question = Sweep(along=OMEGA_1, range=(9.0, 10.5), rate=0.01, direction="up", jump_tolerance=1e-5)
-    (jump,) = run(question, machine).wucht.summary["jumps"]
-    low, high = jump["bracket"]
-    assert 0 < high - low <= 1.001e-5 * high
-    assert low - (high - low) <= jump[OMEGA_1] <= high + (high - low)
-    assert jump["fold"]
-    assert jump[OMEGA_1] == pytest.approx(9.82982, rel=3e-6)  # 9.829820 at a tolerance of 1e-6
 
 
 def test_down_alone_begins_at_the_upper_end(machine: Machine) -> None:
@@ -162,6 +138,7 @@ def test_a_strong_drive_does_not_jump(machine: Machine) -> None:
     assert "no jump" in result.attrs["sentence"]
 
 
+@pytest.mark.slow
 def test_steep_is_no_jump(machine: Machine) -> None:
     """Just beyond the cusp the curve is nearly vertical, but both ways agree."""
     result = run(Sweep(along=OMEGA_1, range=(6.0, 11.0), rate=0.01), machine.with_values({"carrier.damping": 2.2}))
@@ -187,10 +164,10 @@ def test_a_sweep_that_is_too_fast_says_so(machine: Machine) -> None:
     assert warning.endswith("give a rate below 1 rad/s per s")
 
 
-@pytest.mark.parametrize("start", [pytest.param({}, marks=pytest.mark.slow), {"rotor": {"speed": "8 rad/s"}}])
-def test_a_standstill_is_settled(machine: Machine, start: dict[str, Any]) -> None:
+@pytest.mark.slow
+def test_a_standstill_is_settled(machine: Machine) -> None:
     """What is left of a speed that dies away is small beside the speeds of the sweep, not beside itself."""
-    result = run(Sweep(along=OMEGA_1, range=(0.0, 12.0), start=start), machine)
+    result = run(Sweep(along=OMEGA_1, range=(0.0, 12.0), start={"rotor": {"speed": "8 rad/s"}}), machine)
     assert float(result.speed.sel(direction="down")[-1]) < 0.25  # averaged before the end of the ramp
     assert warnings(result) == []
 
@@ -201,124 +178,42 @@ def test_an_interrupted_sweep_is_a_valid_result(machine: Machine, call: int) -> 
     assert result.attrs["finished"] == 0
     assert any("interrupted" in w for w in warnings(result))
     assert result.sizes["direction"] == (0 if call == 1 else 1)
-    assert result.attrs["sentence"] == "the sweep was interrupted"
+    assert result.attrs["sentence"] == "the sweep was interrupted" and draw(result).axes
     assert "the sweep is not finished: jumps may be missing" in warnings(result)
-    assert report(result)[1] == "verdict: THE SWEEP WAS INTERRUPTED"
     if call == 1:
         s = result.wucht.summary
-        assert result.speed.shape == (0, 400)
         assert (s["peak_amplitude"], s["energy_residual"], s["hysteresis"], s["ends"], s["jumps"]) == (None, None, None, {}, [])
 
 
-@pytest.mark.parametrize(
-    "question",
-    [Sweep(along=OMEGA_1, range=(9.0, 10.5), rate=0.02, direction="up"), Sweep(along=OMEGA_1, range=(9.0, 10.5), rate=0.02)],
-)
-def test_an_interrupted_search_for_jumps_is_a_valid_result(machine: Machine, question: Sweep) -> None:
-    result = run(question, machine, progress=stop_at(20, "jump"))
+@pytest.mark.parametrize("way", [{"direction": "up"}, {}])
+def test_an_interrupted_search_for_jumps_is_a_valid_result(machine: Machine, way: dict[str, Any]) -> None:
+    result = run(Sweep(along=OMEGA_1, range=(9.0, 10.5), rate=0.02, **way), machine, progress=stop_at(20, "jump"))
     assert result.attrs["finished"] == 0
-    assert result.wucht.summary["jumps"] == []
-    assert list(result.direction.values) == ["up"]
+    assert result.wucht.summary["jumps"] == [] and list(result.direction.values) == ["up"]
     assert np.isfinite(result.speed).all()
 
 
-@pytest.fixture
-def computed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The names of the units of work that are computed, not read back."""
-    names, unit = list[str](), UnitMemory.unit
-
-    def watched(memory: UnitMemory, name: str, compute: Callable[[], Any]) -> Any:
-        def counted() -> Any:
-            result = compute()
-            names.append(name)
-            return result
-
-        return unit(memory, name, counted)
-
-    monkeypatch.setattr(UnitMemory, "unit", watched)
-    return names
-
-
-@pytest.fixture(scope="module")
-def there_and_back(machine: Machine) -> tuple[Sweep, xr.Dataset, int]:
+@cache
+def there_and_back() -> tuple[Sweep, xr.Dataset, int]:
     """A quick sweep, what comes of it, and how often it asks whether to stop."""
     calls, question = list[float](), Sweep(along=OMEGA_1, range=(8.0, 10.5), rate=0.02)
-    result = run(question, machine, progress=lambda share, _: calls.append(share))
+    result = run(question, light_rotor(), progress=lambda share, _: calls.append(share))
     return question, result, len(calls)
 
 
-@pytest.fixture(scope="module")
-def finished(machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of that sweep, which is at its end."""
-    folder = tmp_path_factory.mktemp("finished")
-    run(there_and_back[0], machine, folder=folder)
-    return folder
-
-
-def assert_the_same(result: xr.Dataset, expected: xr.Dataset) -> None:
-    assert result.equals(expected)
-    assert result.attrs["summary"] == expected.attrs["summary"]
-    assert warnings(result) == warnings(expected)
-    assert result.attrs["finished"] == expected.attrs["finished"] == 1
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "share", [0.0, 0.3, 0.6, 0.999, *(pytest.param(s, marks=pytest.mark.slow) for s in (0.02, 0.15, 0.45, 0.75, 0.9))]
-)
-def test_resumed_it_is_the_uninterrupted_one(
-    machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int], computed: list[str], tmp_path: Path, share: float
-) -> None:
-    """From the files, to the last bit: stopped while settling, on either way, or while jumps are looked for."""
-    question, whole, asked = there_and_back
-    assert len(whole.wucht.summary["jumps"]) == 2
-    assert run(question, machine, folder=tmp_path, progress=stop_at(1 + int(share * asked))).attrs["finished"] == 0
-    assert_the_same(run(question, machine, folder=tmp_path, resume=True), whole)
-    assert len(computed) == len(set(computed)), "no unit was computed again"
-    assert {"settling", "up/settling", "up/jump/1", "down/settling", "down/jump/1"} < set(computed)
-
-
-@pytest.mark.slow
-def test_broken_off_again_and_again(machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int], tmp_path: Path) -> None:
-    """Also within the search for jumps, which is then begun again and must leave no trace."""
-    question, whole, asked = there_and_back
+def test_broken_off_again_and_again(tmp_path: Path) -> None:
+    """Also within the search for jumps, which is then begun again and must leave no trace; another rate is not resumed."""
+    question, whole, calls = there_and_back()
     for share in (0.3, 0.15, 0.1, 0.2, 0.05):
-        stop = stop_at(1 + int(share * asked))
-        assert run(question, machine, folder=tmp_path, resume=True, progress=stop).attrs["finished"] == 0
-    assert_the_same(run(question, machine, folder=tmp_path, resume=True), whole)
-
-
-@pytest.mark.slow
-def test_legs_that_were_made_are_not_made_again(
-    machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int], tmp_path: Path
-) -> None:
-    question, whole, _ = there_and_back
-
-    def stop(share: float, what: str) -> None:
-        if share > 0.5 and what.startswith("jump"):
-            raise KeyboardInterrupt
-
-    run(question, machine, folder=tmp_path, progress=stop)
-    seen: list[tuple[float, str]] = []
-    assert_the_same(run(question, machine, folder=tmp_path, resume=True, progress=lambda *report: seen.append(report)), whole)
-    assert seen[0] == (0.0, "settling"), "as it begins, before anything is read back"
-    assert {what for _, what in seen[1:]} == {"jump 1 of 1 at most", ""}, "it looks for the last jump once more"
-
-
-@pytest.mark.slow
-def test_a_finished_sweep_is_not_made_again(
-    machine: Machine, there_and_back: tuple[Sweep, xr.Dataset, int], finished: Path
-) -> None:
-    question, whole, _ = there_and_back
+        stop = stop_at(1 + int(share * calls))
+        assert run(question, light_rotor(), folder=tmp_path, resume=True, progress=stop).attrs["finished"] == 0
+    assert_same(run(question, light_rotor(), folder=tmp_path, resume=True), whole)
     seen: list[float] = []
-    again = run(question, machine, folder=finished, resume=True, progress=lambda share, _: seen.append(share))
-    assert seen == []
-    assert_the_same(again, whole)
-
-
-def test_only_the_same_sweep_is_resumed(machine: Machine, finished: Path) -> None:
+    again = run(question, light_rotor(), folder=tmp_path, resume=True, progress=lambda share, _: seen.append(share))
+    assert seen == [], "a finished sweep is not made again"
+    assert_same(again, whole)
     with refused("--resume", "study.rate", "0.02", "0.03", given=None, code="other-question"):
-        run(Sweep(along=OMEGA_1, range=(8.0, 10.5), rate=0.03), machine, folder=finished, resume=True)
+        run(Sweep(along=OMEGA_1, range=(8.0, 10.5), rate=0.03), light_rotor(), folder=tmp_path, resume=True)
 
 
 @pytest.mark.parametrize("call", [1, 30])
@@ -334,63 +229,35 @@ def test_a_sweep_that_fails_has_what_was_found_before(machine: Machine, monkeypa
     monkeypatch.setattr(Mover, "leg", failing)
     result = run(Sweep(along=OMEGA_1, range=(5.0, 12.0)), machine)
     assert int(np.isfinite(result.speed).sum()) == call - 1
-    assert result.attrs["failure"] == "the state is no longer finite"
-    assert result.attrs["sentence"] == "the sweep failed"
-    assert report(result)[1] == "verdict: THE SWEEP FAILED"
-    assert draw(result).axes
-    assert result.attrs["finished"] == 0
-    assert result.attrs["failure"] in warnings(result)
-
-
-def test_a_long_leg_asks_often_whether_to_stop(machine: Machine) -> None:
-    times = list[float]()
-    _, courses, _ = Sweep(along=OMEGA_1, range=(5.0, 10.0)).prepare(machine)
-    (moved_machine,) = courses.args  # type: ignore[attr-defined]
-    mover = Mover(moved_machine, times.append)
-    place = mover.leg(mover.begin(), 5000.0).place
-    assert place.time == times[-1] == 5000.0
-    assert max(np.diff([0.0, *times])) * moved_machine.pace.fastest <= 201 * 2 * math.pi
-
-
-def test_progress_grows(machine: Machine) -> None:
-    seen: list[float] = []
-    run(Sweep(along=OMEGA_1, range=(5.0, 6.0), rate=0.05), machine, progress=lambda share, _: seen.append(share))
-    assert seen[0] == 0
-    assert (np.diff(seen) >= 0).all()
-    assert seen[-1] == 1.0
+    assert result.attrs["failure"] == "the state is no longer finite" and result.attrs["failure"] in warnings(result)
+    assert (result.attrs["sentence"], result.attrs["finished"]) == ("the sweep failed", 0) and draw(result).axes
 
 
 @pytest.mark.parametrize(
     ("table", "refusal"),
     [
-        ({"range": [5, 12]}, refused("study.along", code="missing")),
+        ({"along": None}, refused("study.along", code="missing")),
         (
-            {"along": "drive.no_load_spede", "range": [5, 12]},
+            {"along": "drive.no_load_spede"},
             refused("study.along", "drive.no_load_speed", given="drive.no_load_spede", code="unknown-parameter"),
         ),
-        ({"along": OMEGA_1}, refused("study.range", code="missing")),
-        ({"along": OMEGA_1, "range": [12, 5]}, refused("study.range", given=[12.0, 5.0])),
-        ({"along": OMEGA_1, "range": ["5 kg", "12 kg"]}, refused("study.range[0]", code="dimension")),
-        (
-            {"along": OMEGA_1, "range": [5, 12], "rate": -1},
-            refused("study.rate", given=-1.0),
-        ),
-        ({"along": OMEGA_1, "range": [5, 12], "rate": True}, refused("study.rate", given=True)),
-        ({"along": OMEGA_1, "range": [True, 12]}, refused("study.range", given=[True, 12])),
-        ({"along": OMEGA_1, "range": [5, 12], "rate": 1e-30}, refused("study.rate", given=1e-30)),
-        ({"along": OMEGA_1, "range": [5, 12], "rate": 1e30}, refused("study.rate", "44 rad/s", given=1e30)),
-        ({"along": OMEGA_1, "range": [5, 12], "direction": "sideways"}, refused("study.direction", code="unknown-name")),
-        ({"along": OMEGA_1, "range": [5, 12], "engine": "magic"}, refused("study.engine", code="unknown-name")),
-        ({"along": OMEGA_1, "range": [5, 12], "jump_tolerance": 1}, refused("study.jump_tolerance", code="limits")),
-        ({"along": OMEGA_1, "range": [5, 12], "untill": 1}, refused("study.untill", code="unknown-key")),
+        ({"range": None}, refused("study.range", code="missing")),
+        ({"range": ["5 kg", "12 kg"]}, refused("study.range[0]", code="dimension")),
+        ({"rate": -1}, refused("study.rate", given=-1.0)),
+        ({"rate": True}, refused("study.rate", given=True)),
+        ({"rate": 1e-30}, refused("study.rate", given=1e-30)),
+        ({"rate": 1e30}, refused("study.rate", "44 rad/s", given=1e30)),
+        ({"direction": "sideways"}, refused("study.direction", code="unknown-name")),
+        ({"engine": "magic"}, refused("study.engine", code="unknown-name")),
         ({"along": "rotor.mass", "range": [-1, 1]}, refused("study.range[0]", code="limits")),
         ({"along": "rotor.inertia", "range": [1e-9, 1]}, refused("study.range[0]", "m", given=1e-09)),
-        ({"along": OMEGA_1, "range": [5, 12], "start": {"roter": 1}}, refused("study.start.roter", code="unknown-key")),
+        ({"start": {"roter": 1}}, refused("study.start.roter", code="unknown-key")),
     ],
 )
 def test_bad_questions(machine: Machine, table: dict[str, Any], refusal: Refusal) -> None:
+    asked = {"kind": "sweep", "along": OMEGA_1, "range": [5, 12]} | table
     with refusal:
-        run(Sweep.from_table({"kind": "sweep"} | table), machine)
+        run(Sweep.from_table({key: value for key, value in asked.items() if value is not None}), machine)
 
 
 @pytest.mark.parametrize(
@@ -436,3 +303,33 @@ def test_what_is_not_swept() -> None:
         run(Sweep(along=frequency, range=(5.0, 7.0), rate=1e-3), shaken)
     with refused("machine.schedules", given=None):
         run(Sweep(along="impeller.unbalance", range=(1e-3, 2e-3)), load_machine("practice/fan-on-belt"))
+
+
+def test_an_arrow_leads_from_the_end_of_a_branch_to_where_the_machine_lands(both: xr.Dataset) -> None:
+    """In both panels; the band about the speed is its modulation."""
+    speed, amplitude = draw(both).axes
+    at = both.jump_value.values
+    for axis, name, unit in ((speed, "", 1.0), (amplitude, "_amplitude", 1e3)):
+        before, after = (unit * both[f"jump_{side}{name}"].values for side in ("from", "to"))
+        arrows = [(*arrow.xyann, *arrow.xy) for arrow in axis.texts]
+        assert np.array(arrows) == pytest.approx(np.column_stack([at, before, at, after]))
+    bands = [collection.get_paths()[0].get_extents().extents for collection in speed.collections]
+    for band, way in zip(bands, both.direction.values, strict=True):
+        ramp = both.sel(direction=way)
+        box = ramp.value.min(), ramp.min_speed.min(), ramp.value.max(), ramp.max_speed.max()
+        assert band == pytest.approx([float(x) for x in box])
+
+
+@pytest.mark.usefixtures("unpainted")
+def test_ctrl_c_leaves_a_valid_sweep_that_is_resumed(wucht: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    quick = ("--set", "study.range=[9.0, 10.5]", "--set", "study.rate=0.02", "--set", "study.jump_tolerance=1e-3")
+    words = ("run", FIGURE_5, *quick, "-o", "out")
+    with monkeypatch.context() as patch:
+        patch.setattr(Progress, "update", lambda *_: signal.raise_signal(signal.SIGINT))
+        done = wucht(*words)
+    assert done.code == 130 and "interrupted" in done.err and "Traceback" not in done.err
+    assert xr.load_dataset("out/result.partial.nc", engine="h5netcdf").attrs["finished"] == 0
+    done = wucht(*words, "--resume", "--json")
+    assert done.code == 0 and "interrupted" not in done.err
+    (jump,) = done.document["summary"]["jumps"]
+    assert (jump["direction"], jump[OMEGA_1]) == ("up", pytest.approx(9.7856, rel=1e-3))

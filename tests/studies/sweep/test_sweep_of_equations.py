@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,7 +18,7 @@ def hysteresis() -> UserSystem:
     return equations_from({"states": {"x": "mu + x - x^3"}, "parameters": {"mu": 0.0}}, "two folds")
 
 
-def test_jumps_are_at_the_folds_on_either_way(tmp_path: Path) -> None:
+def test_jumps_are_at_the_folds_on_either_way() -> None:
     result = wucht.run(wucht.Sweep(along="mu", range=(-0.6, 0.6), start={"x": -1.0}, points=121), hysteresis())
     s = result.wucht.summary
     assert [j["direction"] for j in s["jumps"]] == ["up", "down"]
@@ -31,15 +30,8 @@ def test_jumps_are_at_the_folds_on_either_way(tmp_path: Path) -> None:
         assert np.abs(roots - jump["to"]).min() < 0.05
         assert sign * jump["to"] > 1 > -sign * jump["from"] > 0.4
     assert s["hysteresis"] == pytest.approx([-FOLD, FOLD], abs=1.5 * step)
-    low, high = s["hysteresis"]
-    _, verdict, sweep, up, change, down, _, between, *_ = wucht.report(result)
-    assert verdict == "verdict: 2 JUMPS"
-    assert sweep == f"  sweep        mu from -0.6 to 0.6 in steps, a time of {s['span']:.4g} at each"
     first = s["jumps"][0]
-    assert up == f"  jump         rising, at mu = {first['value']:.6g}:"
-    assert change.split() == ["x", f"{first['from']:.5g}", "to", f"{first['to']:.5g}"]
-    assert down.startswith("  jump         falling, at mu = -") and first["mu"] == first["value"]
-    assert between == f"  hysteresis   between {low:.6g} and {high:.6g} the state depends on the direction of the sweep"
+    assert first["mu"] == first["value"] and wucht.report(result)[1] == "verdict: 2 JUMPS"
     assert first["bracket"] == pytest.approx((first["mu"] - step / 2, first["mu"] + step / 2))
     assert s["rate"] == pytest.approx(step / s["span"])
     assert result.jump_value.values.tolist() == [j["mu"] for j in s["jumps"]]
@@ -47,7 +39,6 @@ def test_jumps_are_at_the_folds_on_either_way(tmp_path: Path) -> None:
     fig = wucht.draw(result)
     at = [line.get_xdata()[0] for line in fig.axes[0].lines if line.get_linestyle() == ":"]
     assert at == [j["value"] for j in s["jumps"]]
-    fig.savefig(tmp_path / "sweep.png")
 
 
 def test_a_forced_oscillator_stays_on_its_upper_branch_to_the_peak() -> None:

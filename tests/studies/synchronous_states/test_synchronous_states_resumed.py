@@ -7,25 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from test_synchronous_states import MOTOR, machine
 
 from interrupting import assert_same, stop_at
-from wucht import Machine, SynchronousStates, draw, report, run
-from wucht.files.building import machine_from
+from wucht import SynchronousStates, draw, report, run
 
 AXES = {"speed": (20.0, 130.0, 100), "ratio": (0.2, 3.2, 81)}  # three units of work: 40 rows, 40 rows and 1
 QUESTION = SynchronousStates(axes=AXES)
-
-
-def machine(*unbalances: float) -> Machine:
-    ball = {"kind": "pendulum", "about": "drum", "length": 0.5, "damping": 0.02}
-    return machine_from({
-        "carrier": {"mass": 2.0, "stiffness": [1e4, 2e4], "damping": [40.0, 60.0]},
-        "bodies": [
-            {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 1e-2, "inertia": 1.5e-2},
-            *(ball | {"name": f"b{k}", "mass": u / 0.5} for k, u in enumerate(unbalances)),
-        ],
-        "drive": {"kind": "linear", "slope": 0.5, "no_load_speed": 110.0},
-    })  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -33,7 +21,7 @@ def machine(*unbalances: float) -> Machine:
 )
 def test_resumed_is_uninterrupted(unbalances: tuple[float, ...], tmp_path: Path) -> None:
     """Stopped again and again; states that were found are not searched again. What is not known yet says so."""
-    m, reports = machine(*unbalances), list[tuple[float, str]]()
+    m, reports = machine(*unbalances, drive=MOTOR), list[tuple[float, str]]()
     whole = run(QUESTION, m, progress=lambda *one: reports.append(one))
     shares = [share for share, _ in reports]
     assert whole.attrs["finished"] == 1 and shares == sorted(shares) and reports[0][1] == "searching"
@@ -66,7 +54,7 @@ def test_resumed_is_uninterrupted(unbalances: tuple[float, ...], tmp_path: Path)
 @pytest.mark.parametrize("count", [1, 5])
 def test_stopped_while_searching(count: int, tmp_path: Path) -> None:
     """Nothing is known then: there is no result, and what is resumed searches anew."""
-    m, question = machine(0.012, 0.008), SynchronousStates(full=False)
+    m, question = machine(0.012, 0.008, drive=MOTOR), SynchronousStates(full=False)
     with pytest.raises(KeyboardInterrupt):
         run(question, m, folder=tmp_path, progress=stop_at(count))
     assert_same(run(question, m), run(question, m, folder=tmp_path, resume=True))
@@ -74,7 +62,7 @@ def test_stopped_while_searching(count: int, tmp_path: Path) -> None:
 
 def test_units_join_to_the_whole_map() -> None:
     """Each third row of three units is a row of a map that is one unit."""
-    m = machine(0.004, 0.004, 0.004)
+    m = machine(0.004, 0.004, 0.004, drive=MOTOR)
     cut = run(SynchronousStates(axes=AXES, full=False), m)
     whole = run(SynchronousStates(axes=AXES | {"ratio": (0.2, 3.2, 27)}, full=False), m)
     assert whole.map_stable.values.any() and cut.map_ratio.values[1::3] == pytest.approx(whole.map_ratio.values)

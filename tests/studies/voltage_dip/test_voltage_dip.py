@@ -96,31 +96,6 @@ def test_courses_are_drawn_from_before_the_dip_with_all_rotors() -> None:
     assert [axis.get_title() for axis in draw(result).axes if axis.get_title()][1] == "vibration"
 
 
-@pytest.mark.parametrize(("longest", "end"), [(2.0, 2.0), (4.0, 4.0), (9.0, 4.0)])
-def test_a_long_course_is_cut_off(answer: xr.Dataset, longest: float, end: float) -> None:
-    """At four times the end of the shortest one, but not before its dip is over."""
-    times = np.where(answer.time.values > 0, answer.time.values / np.nanmax(answer.time.values, axis=1)[:, None], -0.1)
-    times[1] = np.where(times[1] > 0, longest * times[1], times[1])
-    for duration, last in ((0.1, end), (0.75 * longest, max(end, 1.1 * 0.75 * longest))):
-        durations = answer.course_duration.copy(data=[0.1, duration])
-        panels = draw(answer.assign_coords(time=answer.time.copy(data=times)).assign(course_duration=durations)).axes
-        assert panels[0].get_xlim() == (pytest.approx(-0.1), pytest.approx(last))
-
-
-def test_its_report_and_figure(answer: xr.Dataset) -> None:
-    text = "\n".join(report(answer))
-    for line in (
-        "operation    passed, 144.79 rad/s (1383 rpm)",
-        "left: drive: 92 V",
-        "s, to 1 %; the speed is then",
-        "tried, ",
-    ):
-        assert line in text
-    panels = draw(answer).axes
-    names = [axis.get_title() for axis in panels if axis.get_title()]
-    assert names == ["speed", "dips that were tried"]  # nothing vibrates
-
-
 def test_a_given_duration_on_both_sides() -> None:
     expected, machine = critical_by_quadrature(50.0, 1.0), loaded_motor(50.0)
     for share, outcome in ((0.98, "passed"), (1.02, "stopped")):
@@ -140,18 +115,17 @@ def test_a_range() -> None:
     inside = run(VoltageDip(depth=1.0, duration=(0.5 * expected, 2 * expected), points=2), machine).wucht.summary
     assert inside["critical_duration"] == pytest.approx(expected, rel=0.01)
     assert min(d["duration"] for d in inside["dips"]) == 0.5 * expected
-    below = run(VoltageDip(depth=1.0, duration=(0.2 * expected, 0.9 * expected), points=2), machine)
-    assert below.wucht.summary["critical_duration"] is None and below.wucht.summary["beyond"] is None
-    assert below.wucht.summary["outcome"] == "passed"
-    assert "after every dip of 0.01194 to 0.05371 s" in below.attrs["sentence"]
-
-
-def test_it_never_returns() -> None:
-    expected = critical_by_quadrature(50.0, 1.0)
-    result = run(VoltageDip(depth=1.0, duration=(1.1 * expected, 5.0), points=2), loaded_motor(50.0))
-    assert result.wucht.summary["critical_duration"] is None
-    assert result.wucht.summary["outcome"] == "stopped"
-    assert "returns by itself after none of the dips that were tried; after 0.06565 s: stopped" in result.attrs["sentence"]
+    for ends, outcome, words in (
+        ((0.2 * expected, 0.9 * expected), "passed", "after every dip of 0.01194 to 0.05371 s"),
+        (
+            (1.1 * expected, 5.0),
+            "stopped",
+            "returns by itself after none of the dips that were tried; after 0.06565 s: stopped",
+        ),
+    ):
+        result = run(VoltageDip(depth=1.0, duration=ends, points=2), machine)
+        s = result.wucht.summary
+        assert s["critical_duration"] is None and s["outcome"] == outcome and words in result.attrs["sentence"]
 
 
 @pytest.mark.parametrize(
@@ -196,9 +170,8 @@ def test_stopped_and_resumed(tmp_path: Path, answer: xr.Dataset) -> None:
 
 def test_stopped_before_the_border_is_known() -> None:
     part = run(VoltageDip(depth=0.6, points=4), loaded_motor(40.0), progress=stop_at(1, "dip of"))
-    assert (part.attrs["sentence"], part.sizes["dip"], part.course.values.tolist()) == (
-        "not determined yet", 0, ["operation"],
-    )  # fmt: skip
+    assert part.attrs["sentence"] == "not determined yet"
+    assert (part.sizes["dip"], part.course.values.tolist()) == (0, ["operation"])
     assert report(part) and draw(part)
     part = run(VoltageDip(depth=0.6, points=4), loaded_motor(40.0), progress=stop_at(8, "dip of"))
     assert "the machine returns by itself after a dip of " in part.attrs["sentence"]
