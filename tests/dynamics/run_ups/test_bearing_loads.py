@@ -12,7 +12,6 @@ from wucht import Machine, parts
 from wucht.dynamics.run_ups.bearing_loads import (
     BearingLife,
     BearingLoad,
-    has_bearing_forces,
     heavy_load_warnings,
     lives_at_end,
     lives_of,
@@ -129,19 +128,6 @@ def test_what_iso_281_does_not_cover() -> None:
     lives = {"a": BearingLife(501.0, 10.0, 1000.0), "b": BearingLife(500.0, 10.0, 1000.0), "c": BearingLife(None, None, 1.0)}
     (warning,) = heavy_load_warnings(lives)
     assert "'a', 501 N, is more than half of its rating C = 1000 N" in warning
-
-
-def test_machines_without_forces_in_the_plane() -> None:
-    couple = {"kind": "rotor", "name": "drum", "mass": 3.0, "couple_unbalance": 1e-3, "inertia": 1.5e-2}
-    rocking = {"directions": "r", "inertia": 1.0, "rotation_stiffness": 900.0}
-    tilting = machine_from({"carrier": rocking, "bodies": [couple], "drive": {"kind": "constant-speed", "speed": 20.0}})
-    assert not has_bearing_forces(tilting) and has_bearing_forces(shaft())
-    motion = run_to_end(tilting, {}, RunSettings(until=1.0))
-    assert loads_at_end(tilting, motion.machine_motion, (0.0, 1.0)) == {}
-    motion = run_to_end(shaft(), {}, RunSettings(until=1.0))
-    time = motion.machine_motion.time
-    assert len(loads_at_end(shaft(), motion.machine_motion, (time[-8], time[-1]))) == 1
-    assert loads_at_end(shaft(), motion.machine_motion, (time[-7], time[-1])) == {}
 
 
 def test_forces_below_the_noise_of_the_largest_are_zero() -> None:

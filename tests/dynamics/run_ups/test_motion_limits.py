@@ -9,9 +9,13 @@ import pytest
 
 from wucht import Machine, parts
 from wucht.dynamics.run_ups.horizon import RunSettings
+from wucht.dynamics.run_ups.motion_courses import MotionCourse
 from wucht.dynamics.run_ups.motion_limits import amplitude_limits, speed_limits, stored_samples_per_turn
 from wucht.dynamics.run_ups.run_up import Motion, RunUpCase, run_up
 from wucht.dynamics.work import Work
+from wucht.files.building import machine_from
+from wucht.numerics.flow.compiled_system import compile_system
+from wucht.numerics.flow.trajectory import Trajectory
 
 SPEED = 60.0
 
@@ -52,3 +56,51 @@ def test_without_a_whole_turn_the_distances_of_the_spans_are_the_limits() -> Non
     slow = motion(6.0, 20, 0.1)
     mean, least, greatest = amplitude_limits(slow)
     assert least <= mean <= greatest and greatest == pytest.approx(slow.observation.largest, rel=0.02)
+
+
+TURN = 2 * math.pi
+
+
+def test_sample_by_sample_the_amplitude_is_that_of_the_axis_about_its_rest_position_and_between_samples() -> None:
+    """An ellipse with the half axes 3 and 2 mm about the sagged position, 7 samples a turn; the second rotor is clockwise."""
+    rotors = [{"kind": "rotor", "name": n, "mass": 1.0, "unbalance": 1e-3, "inertia": 1.0} for n in "ab"]
+    carrier = {"mass": 8.0, "stiffness": 1e3, "gravity": 9.81}
+    machine = machine_from({"carrier": carrier, "bodies": rotors})
+    sag = -9.81 * 10.0 / 1e3
+    flow, time = compile_system(machine.system), np.linspace(0.3, 0.3 + TURN, 8)
+    motion = {
+        "carrier.x": 3e-3 * np.cos(time), "carrier.vx": -3e-3 * np.sin(time), "carrier.y": sag + 2e-3 * np.sin(time),
+        "carrier.vy": 2e-3 * np.cos(time), "a.angle": time, "a.speed": 1.0 + 0 * time, "b.speed": -2.0 - time,
+    }  # fmt: skip
+    states = np.array([motion.get(n, 0 * time) for n in machine.state_names])
+    values = np.array(machine.system.values(machine.values))
+
+    def course(count: int) -> MotionCourse:
+        trajectory = Trajectory(time[:count], states[:, :count], {}, values, 0.0, states[:, 0])
+        return MotionCourse.from_samples(machine, flow, trajectory)
+
+    whole, first = course(8), course(1)
+    assert whole.speeds == pytest.approx(np.array([np.ones(8), -2.0 - time]))
+    assert whole.amplitude.max() == pytest.approx(3e-3, rel=2e-3), "between the samples, none of which is beyond 2.9 mm"
+    assert whole.amplitude.min() > 2.5e-3, "the larger of a sample and its neighbours, not the distance of the sample"
+    assert first.amplitude == pytest.approx([1e-3 * math.hypot(3 * math.cos(0.3), 2 * math.sin(0.3))])
+
+
+COURSE = MotionCourse(np.arange(7.0), np.array([np.arange(7.0), -10 * np.arange(7.0)]), np.array([1.0, 5, 2, 3, 2, 9, 4]))
+
+
+def test_thinned_it_keeps_mean_times_and_speeds_and_the_largest_amplitudes() -> None:
+    thin = COURSE.thin(3)
+    assert (thin.time.tolist(), thin.amplitude.tolist()) == ([0.5, 2.5, 5.0], [5.0, 3.0, 9.0])
+    assert thin.speeds.tolist() == [[0.5, 2.5, 5.0], [-5.0, -25.0, -50.0]]
+    assert COURSE.thin(7) is COURSE
+
+
+def test_joined_cut_and_shifted() -> None:
+    part = COURSE.within(2.0, 4.0)
+    assert (part.time.tolist(), part.speeds[1].tolist(), part.amplitude.tolist()) == (
+        [2.0, 3.0, 4.0], [-20.0, -30.0, -40.0], [2.0, 3.0, 2.0],
+    )  # fmt: skip
+    both = MotionCourse.join([part, part.shift(10.0)])
+    assert both.time.tolist() == [2.0, 3.0, 4.0, 12.0, 13.0, 14.0]
+    assert (both.speeds[0].tolist(), both.amplitude.tolist()) == ([2.0, 3.0, 4.0] * 2, [2.0, 3.0, 2.0] * 2)

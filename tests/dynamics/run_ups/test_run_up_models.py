@@ -14,7 +14,6 @@ from wucht.dynamics.run_ups.run_up_models import FullModel, slow_model
 from wucht.files.building import machine_from
 from wucht.machines.machine import DISSIPATED_WORK
 from wucht.mechanics.rotating_bodies.solution import VIBRATION_WORK
-from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.trajectory import Trajectory
 
 SLOPE, FREE = 0.01, 200.0
@@ -51,16 +50,6 @@ def test_a_rotor_without_a_drive_turns_as_it_starts(sense: float) -> None:
     of = machine(drive=False)
     slow = model(of, a={"speed": sense * 40.0}, p={"speed": sense * 40.0})
     assert slow.averaged_equations.senses["a"] == sense
-
-
-@pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_events_are_those_of_the_machine(sense: float) -> None:
-    of = machine(sense)
-    c = of.rotor.coordinate
-    (event,) = model(of).events((Event("e", 2 * c.position + 3 * c.velocity, 1),))
-    symbols = {s.name: s for s in event.expression.free_symbols}
-    angle = next(s for name, s in symbols.items() if s is not c.velocity)
-    assert float(event.expression.subs({angle: 5.0, c.velocity: 7.0})) == sense * (2 * 5.0 + 3 * 7.0)
 
 
 @pytest.mark.parametrize("entry", ["x", "vx"])

@@ -105,14 +105,6 @@ def test_an_exciter_without_a_motor_that_stays_at_rest() -> None:
             assert answers == [answer], study.kind
 
 
-def test_a_start_that_gives_the_speed_or_holds_the_bodies_is_no_state_to_be_reached() -> None:
-    for study in (CoastDown(until=0.1, start={"r": {"speed": 150.0}}), CoastDown(until=0.1, start={"r": {"speed": -150.0}})):
-        s = run(study, motor(0.03)).wucht.summary
-        assert s["reached_from_rest"] is None and s["from_rest"] == []
-    held = run(TorqueBalance(bodies="held"), machine_from(screen())).wucht.summary
-    assert held["from_rest"] == [] and {p["reached_from_rest"] for p in held["working_points"]} == {None}
-
-
 def test_where_the_run_decides_nothing_that_is_said() -> None:
     """A schedule that switches the drive off again; without it the state is reached."""
     points = [[0.0, TOP], [10.0, TOP], [11.0, 0.0]]
