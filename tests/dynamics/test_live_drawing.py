@@ -47,49 +47,6 @@ def exportable_machines() -> list[str]:
     return [n for n in names() if "machine" in load_document(n)[0] and not export_obstacles(load_machine(n))]
 
 
-def state_name(description: Mapping[str, Any], row: int) -> str:
-    return str(description["states"][row]["name"])
-
-
-def test_the_data_name_the_states() -> None:
-    machine, _, description, _ = machine_at_start("practice/laundry-drum")
-    drawing = description["drawing"]
-    assert [(d["label"], state_name(description, d["position"])) for d in drawing["carrier"]] == [
-        ("x", "carrier.x"), ("y", "carrier.y"),
-    ]  # fmt: skip
-    assert [state_name(description, d["velocity"]) for d in drawing["carrier"]] == ["carrier.vx", "carrier.vy"]
-    for body, data in zip(machine.bodies, drawing["bodies"], strict=True):
-        assert data["name"] == body.name
-        assert [state_name(description, data[key]) for key in ("angle", "velocity")] == [
-            f"{body.name}.angle",
-            f"{body.name}.speed",
-        ]
-    assert [b["about"] for b in drawing["bodies"]] == [None, *[0] * 6]
-    assert [c["bodies"] for c in drawing["contacts"]] == [
-        [[b.name for b in machine.bodies].index(n) for n in c["bodies"]] for c in description["contacts"]
-    ]
-
-
-def test_prescribed_motions_have_no_velocity() -> None:
-    description = machine_at_start("sperling-vibration/entrainment-band")[2]
-    assert [(d["label"], d["velocity"]) for d in description["drawing"]["carrier"]] == [("x", -1)]
-    assert description["drawing"]["is_shaken"]
-    rollers = machine_at_start("sperling-rollers/table-1")[2]["drawing"]
-    assert rollers["bodies"][0]["velocity"] == -1
-    assert all(b["velocity"] >= 0 for b in rollers["bodies"][1:])
-
-
-def test_masses_in_guides_have_their_displacements() -> None:
-    description = machine_at_start("drozdetskaya-2020/figure-6.5")[2]
-    guides = [b["guide"] for b in description["drawing"]["bodies"]]
-    assert guides[0] is None
-    assert [state_name(description, g["displacement"]) for g in guides[1:]] == ["p1.displacement", "p2.displacement"]
-    disc = machine_at_start("sperling-vibration/figure-7")[2]
-    assert [(s["name"], s["about"], state_name(disc, s["displacement"])) for s in disc["drawing"]["sliders"]] == [
-        ("s1", 0, "s1.displacement"), ("s2", 0, "s2.displacement"),
-    ]  # fmt: skip
-
-
 def shape_numbers(machine: Machine) -> list[float]:
     """The lengths of a machine's shape in numbers."""
     description = MACHINE.describe(machine)
@@ -344,27 +301,6 @@ def test_rotors_on_a_deck_are_where_it_turns_them(tmp_path: Path) -> None:
     assert part["moved"][machine.state_names.index("e2.speed")] == 0.0
 
 
-def test_magnifications_are_round_and_stated(tmp_path: Path) -> None:
-    """The largest motion is at most a tenth of the carrier; a machine without lengths is not to scale."""
-    grinder, screen, plain = (machine_at_start(n)[3] for n in (
-        "practice/grinder-4-balls", "practice/screen", "drozdetskaya-2020/table-5.1"
-    ))  # fmt: skip
-    job = {"kind": "draw", "view": PLAIN}
-    amplitudes = (1e-6, 1e-4, 1e-3, 1.0)
-    answers = run_jobs(tmp_path, [(grinder, job | {"amplitude": a}) for a in amplitudes])
-    box = 2 * 1.3 * 1.18 * 0.029
-    assert [a["suggested"] for a in answers] == pytest.approx([5000, 50, 5, 1])
-    assert all(0.04 < m * a / box <= 0.1 for m, a in zip((5000, 50, 5), amplitudes, strict=False))
-    large, schematic = run_jobs(tmp_path, [(screen, job), (plain, job)])
-    assert large["description"] == (
-        "Places, tracks and arms drawn to scale; motion of the carrier magnified 10 times; "
-        "orbits of the carrier's ends and centre of mass."
-    )
-    assert {"500 mm", "50 mm of motion", "e1", "e2"} <= set(large["words"])
-    assert schematic["description"] == "Schematic, not to scale."
-    assert "not to scale" in schematic["words"]
-
-
 def check_drawings(folder: Path, chosen: Sequence[str]) -> None:
     """All numbers that reach the canvas are finite, in both views."""
     job = {"kind": "draw", "trace": [0.0, 0.0, 1e-4, 1e-4, 0.0, 1e-4]}
@@ -378,8 +314,3 @@ def check_drawings(folder: Path, chosen: Sequence[str]) -> None:
 
 def test_a_machine_of_each_family_is_drawn(tmp_path: Path) -> None:
     check_drawings(tmp_path, [*FAMILIES, "sperling-vibration/figure-7"])
-
-
-@pytest.mark.slow
-def test_every_machine_of_the_catalogue_is_drawn(tmp_path: Path) -> None:
-    check_drawings(tmp_path, exportable_machines())

@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht import RunUp
-from wucht import run as ask
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_variations import varied_quantity
 from wucht.dynamics.sampling.distributions import REPLICATES
@@ -47,18 +45,6 @@ def test_each_run_starts_as_a_run_up_would() -> None:
         alone = R1.with_values({"drive.slope": 0.015, "drum.eccentricity": eccentricity})
         start = {"p1": 0.3, "p2": {"speed": speed}, "carrier": {"x": x}}
         assert np.array_equal(states[:, m], initial_state(alone, start))
-
-
-@pytest.mark.slow
-def test_random_parameters_end_as_their_run_ups() -> None:
-    """Two weak and two strong drives, by the study ``run-up``: captured, and not."""
-    runs = random_runs(R1, "drum.eccentricity", ["drive.slope", "p1"], {}, model="slow")
-    samples = np.array([[6e-4, 1.2e-3, 0.0388, 0.0394], [0.3, 2.2, 1.1, 2.8]])
-    outcomes = [str(OUTCOMES[k]) for k in runs.outcomes(2e-3, samples, Work()).outcome]
-    assert outcomes == ["captured", "captured", "compensated", "compensated"]
-    for (slope, p1), outcome in zip(samples.T, outcomes, strict=True):
-        alone = R1.with_values({"drive.slope": slope, "drum.eccentricity": 2e-3})
-        assert ask(RunUp(start={"p1": p1}, model="slow"), alone).wucht.summary["outcome"] == outcome
 
 
 def rotor(drive: dict[str, Any]) -> Machine:
