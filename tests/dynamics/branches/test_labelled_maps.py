@@ -16,7 +16,7 @@ from wucht.dynamics.branches.ending_map_case import EndingMapCase
 from wucht.dynamics.branches.labelled_maps import LabelledMap, map_of_endings, map_of_states
 from wucht.dynamics.branches.modulated_motion import ReachedMotions
 from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding
-from wucht.dynamics.branches.plane_regions import DOUBLE, PlaneCurve, PlanePoint
+from wucht.dynamics.branches.plane_regions import PlaneCurve
 from wucht.dynamics.branches.second_parameter import BifurcationCurve
 from wucht.dynamics.branches.state_map import StateFindings, StateMapCase
 from wucht.dynamics.branches.state_rows import ExaminedPlace, OrbitRow
@@ -67,13 +67,6 @@ def fold(x: float = 0.0, **other: Any) -> BifurcationCurve:
 
 
 # --- places ---
-
-
-def test_places_have_the_names_that_are_not_stable_everywhere() -> None:
-    made = states(rows=rows(("a", "b"), ("a",), ("a",), ("a", "c", "b")))
-    assert labels(made) == ["b", "no other steady state", "no other steady state", "b, c"]
-    assert made.everywhere == ("a",)
-    assert [(place.x, place.y) for place in made.places] == [(-1, 0), (1, 0), (-1, 2), (1, 2)]
 
 
 def test_runs_tell_of_motions_that_no_branch_has() -> None:
@@ -156,19 +149,6 @@ def endings(kinds: tuple[str, ...], *curves: PlaneCurve, **other: Any) -> Labell
     places = tuple(OrbitEnding(x, y, 0.25, OrbitEnd(kind, 0.75, "")) for (x, y), kind in zip(at, kinds, strict=True))
     findings = EndingFindings(**{"places": places, "curves": curves, "complete": True} | other)
     return map_of_endings(EndingMapCase(*PLANE, NONE, 2, Labels("state x", "", "x", of_equations=True)), findings)
-
-
-def test_how_modulated_motions_end() -> None:
-    point = PlanePoint(DOUBLE, 0.123456789, 1.5, 0.375)
-    made = endings(SIDES, LINE, points=(point,))
-    assert made.marks == (point,) and made.omissions == () and made.contradictions == ()
-    assert {label: of_plane for label, (of_plane, _) in made.shares.items()} == {
-        "ends at a saddle-node on the orbit": pytest.approx(0.5, abs=0.01),
-        "ends at a saddle connection": pytest.approx(0.5, abs=0.01),
-    }
-    ((name, line),) = made.lines.items()
-    assert name == "saddle-node on the orbit | saddle connection" and line.value.tolist() == LINE.value.tolist()
-    assert {(place.begins, place.ends) for place in made.places} == {(0.25, 0.75)}
 
 
 def test_a_curve_is_a_boundary_where_most_of_it_has_different_sides() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
 from typing import Any
@@ -14,7 +14,7 @@ import sympy as sp
 
 import wucht
 from known_connections import LEAF
-from wucht.dynamics.branches.first_orbits import SeedOrbit, orbit_near
+from wucht.dynamics.branches.first_orbits import orbit_near
 from wucht.dynamics.branches.modulated_motion import (
     ModulatedMotion,
     lost_states,
@@ -25,7 +25,6 @@ from wucht.dynamics.branches.second_parameter import SecondParameter
 from wucht.dynamics.branches.state_rows import OrbitRow, RowCase, connection_curve, transverse_exponent
 from wucht.dynamics.branches.steady_states import SystemEquilibria
 from wucht.errors import RunError
-from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
 from wucht.system import System
 
@@ -50,21 +49,6 @@ def cubic() -> ModulatedMotion:
     return motion_of(CUBIC, {"p": 0.0, "q": 1.0}, "p", {"x": (-2.0, 2.0), "y": (-1.0, 1.0)})
 
 
-def test_stable_states_that_meet_unstable_ones_are_lost() -> None:
-    """First that which is lost as p grows: the lower one at x = -1/sqrt 3; from above the upper one. y decays with -8."""
-    (up, grows), (down, falls) = lost_states(cubic().steady_branches())
-    assert (up.parameter, grows, down.parameter, falls) == (pytest.approx(FOLD), 1, pytest.approx(-FOLD), -1)
-    assert up.x == pytest.approx([-(3**-0.5), 0.0], abs=1e-6) and down.x == pytest.approx([3**-0.5, 0.0], abs=1e-6)
-    assert up.kind == down.kind == "fold"
-
-
-def test_of_two_unstable_states_none_is_lost() -> None:
-    system = System((X, Y), (P + Q * X - X**3, 8 * Y), (P, Q))
-    motion = motion_of(system, {"p": 0.0, "q": 1.0}, "p", {"x": (-2.0, 2.0), "y": (-1.0, 1.0)})
-    steady = motion.steady_branches()
-    assert [p.kind for b in steady for p in b.special] == ["fold", "fold"] and lost_states(steady) == []
-
-
 @pytest.mark.parametrize(("sign", "way"), [(1, 1), (-1, -1)])
 def test_a_stable_state_that_begins_to_vibrate_is_lost(sign: int, way: int) -> None:
     """At p = 0, with +-2 i; beyond it a run comes to the circle r^2 = p, which turns at 2 rad a unit of time."""
@@ -87,51 +71,6 @@ def test_the_nearest_fold_of_a_branch() -> None:
     assert nearest_fold(cubic(), np.array([1.2, 0.0]), 0.5).parameter == pytest.approx(FOLD)
     with pytest.raises(RunError, match="the saddle has no fold over p"):
         nearest_fold(cubic().with_values({"q": -1.0}), np.array([0.0, 0.0]), 0.0)
-
-
-def test_sizes_and_limits_of_states() -> None:
-    """Angles by a radian; others by their ranges, followed for 0.3 of them beyond."""
-    system = System((THETA, X), (P - sp.sin(THETA), -X), (P,), angles=frozenset({THETA}))
-    motion = motion_of(system, {"p": 0.5}, "p", {"x": (-1.0, 3.0)}, (0.0, 2.0))
-    assert motion.box.tolist() == [[0.0, -1.0], [2 * np.pi, 3.0]]
-    assert motion.sizes({"p": 5.0}) == {"theta": 1.0, "x": 4.0, "p": 5.0}
-    equilibria = motion.equilibria
-    assert {k: pytest.approx(v) for k, v in equilibria.limits.items()} == {1: (-2.2, 4.2)}
-    assert equilibria.equations.scale.tolist() == [1.0, 4.0, 2.0] and equilibria.bounds == (0.0, 2.0)
-    assert motion.lift("an orbit") == "an orbit"  # type: ignore[arg-type, comparison-overlap]
-
-
-SEED = SeedOrbit(
-    Mesh(np.array([0.0, 1.0]), 1), np.array([[1.0, 5.0], [2.0, 6.0]]), 4.0, 0.3, np.array([1, 0]), np.array([1.0, 10.0, 7.0]),
-    np.empty(0), "", 40.0,
-)  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Part:
-    embedding: np.ndarray
-    turning: np.ndarray
-    path: str = "p"
-    values: Any = None
-
-
-def test_an_orbit_of_bodies_that_keep_together_as_one_of_all_equations() -> None:
-    """Two angles and a speed of one angle and a speed: theta, -theta, w."""
-    e = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]])
-    whole: Any = Part(np.eye(3), np.array([True, True, False]), values={"a": 1.0})
-    subject: Any = Part(e, np.array([True, False]), values={"a": 1.0, "b": 2.0})
-    motion = ModulatedMotion(subject, whole, np.array([[0.0, 3.0], [2 * np.pi, 9.0]]))
-    lifted = motion.lift(SEED)
-    assert lifted.states.tolist() == [[1.0, -1.0, 5.0], [2.0, -2.0, 6.0]] and lifted.winding.tolist() == [1, -1, 0]
-    assert lifted.scale.tolist() == [1.0, 1.0, 10.0, 7.0] and lifted.winding.dtype == int
-    starts = motion.starts(5)
-    assert starts.shape == (5, 3)
-    low, high = starts.min(axis=0), starts.max(axis=0)
-    assert (low >= [0, 0, 3]).all() and (high <= [2 * np.pi, 2 * np.pi, 9]).all() and (high[:2] > 4).all() and high[2] > 6
-    assert starts[0] == pytest.approx([np.pi, 2 * np.pi / 3, 3 + 6 / 5])  # Halton's points in bases 2, 3, 5
-    there = motion.with_values({"b": 3.0})
-    assert there.subject.values == there.whole.values == {"a": 1.0, "b": 3.0}
-    assert motion.is_partial and (there.subject.path, there.whole.path) == ("p", "p")
 
 
 # The leaf: its stable orbits within, at mu < 0, become a saddle connection at mu = 0, for each a.

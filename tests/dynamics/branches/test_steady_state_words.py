@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,9 @@ import sympy as sp
 
 import wucht
 from wucht.analysis.configurations.closed_form import State
-from wucht.dynamics.branches import steady_states
 from wucht.dynamics.branches.averaged_equilibria import AveragedEquilibria
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion
-from wucht.dynamics.branches.steady_states import SystemEquilibria
+from wucht.dynamics.branches.steady_states import Kind, SystemEquilibria
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.system import System
@@ -56,7 +56,7 @@ def test_states_are_the_same_but_for_whole_turns_of_angles() -> None:
     theta = sp.Symbol("theta", real=True)
     system = System((theta, X), (P - sp.sin(theta), -X), (P,), angles=frozenset({theta}))
     states = SystemEquilibria.of(wucht.UserSystem(system, {"p": 0.5}), "p", (0.0, 2.0), {"x": (-1.0, 3.0)}, show="x")
-    u, near = np.array([1.0, 0.5, 0.25]), steady_states._SAME
+    u, near = np.array([1.0, 0.5, 0.25]), 1e-6
     for k, size in ((0, 1.0), (1, 4.0), (2, 2.0)):
         for way in (1, -1):
             assert states.is_same(u, u + 0.99 * way * near * size * np.eye(3)[k])
@@ -67,3 +67,66 @@ def test_states_are_the_same_but_for_whole_turns_of_angles() -> None:
     assert states.state_by_name(turned) == {"theta": pytest.approx(1.0), "x": 0.5}
     assert states.ordinate(u[:, None]).tolist() == [0.5] and states.ordinate_size == 4.0
     assert states.labels.state == "x" and states.nominal_value == 0.5 and states.equilibria.limits == {1: (-5.0, 7.0)}
+
+
+def states(sense: float = 1.0, second: float = 0.05) -> AveragedEquilibria:
+    ball = {"kind": "pendulum", "about": "d", "length": 0.1, "damping": 0.01}
+    machine = machine_from({
+        "carrier": {"mass": 1.0, "stiffness": 1e4, "damping": 5.0},
+        "bodies": [
+            {"kind": "rotor", "name": "d", "mass": 1.0, "unbalance": 4e-3, "inertia": 0.01}, ball | {"name": "p", "mass": 0.05},
+            ball | {"name": "q", "mass": second},
+        ],
+        "drive": {"on": "d", "kind": "linear", "slope": 0.1, "no_load_speed": sense * 300.0},
+    })  # fmt: skip
+    return AveragedEquilibria.of(machine, "d.unbalance", (1e-3, 9e-3))
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "psi", "delta"),
+    [(1.0, 0.5, 0.75, 0.5), (0.5, 1.0, 0.75, -0.5), (6.0, 0.25, 3.125 - math.pi, 5.75 - 2 * math.pi), (3.5, 3.0, None, 0.5)],
+)
+@pytest.mark.parametrize("equal", [True, False])
+def test_steady_states_by_name(first: float, second: float, psi: float | None, delta: float, equal: bool) -> None:
+    """psi is the mean of the phases, in (-pi, pi], delta their difference; of equal bodies without its sign."""
+    of = states(second=0.05 if equal else 0.06)
+    values = {"p.phase": first, "q.phase": second, "d.speed": 200.0}
+    unknowns = np.array([*(values.get(n, 0.0) for n in of.names), 4e-3])
+    found = of.state_by_name(unknowns)
+    assert found["p.phase"] == pytest.approx(first) and found["q.phase"] == pytest.approx(second)
+    assert found["delta"] == pytest.approx(abs(delta) if equal else delta)
+    mean = second + delta / 2 if psi is None else psi
+    assert math.remainder(found["psi"] - mean, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
+    assert -math.pi < found["psi"] <= math.pi
+
+
+def test_a_point_is_that_of_a_state_and_back() -> None:
+    """Phases relative to the main rotor, within a turn."""
+    of = states()
+    u = of.point(State(150.0, np.array([0.0, 0.75, 5.5])), 4e-3)
+    numbers = dict(zip(of.names, u[:-1], strict=True))
+    assert u[-1] == 4e-3 and numbers["d.speed"] == pytest.approx(150.0)
+    assert numbers["p.phase"] == pytest.approx(0.75) and math.remainder(numbers["q.phase"] - 5.5, 2 * math.pi) == pytest.approx(
+        0.0
+    )
+    back = of.state(u)
+    assert back.speed == pytest.approx(150.0) and back.phases == pytest.approx([0.0, 0.75, 5.5])
+    assert of.ordinate_size == of.fastest and of.equilibria.equations.scale[-1] == pytest.approx(8e-3)
+    second = of.equations_with("p.mass", 0.5)
+    assert second.parameter_names == ("d.unbalance", "p.mass") and second.scale[-2:] == pytest.approx([8e-3, 0.5])
+    rows = [i for i, n in enumerate(of.names) if n == "d.speed"]
+    assert of.equilibria.limits == {rows[0]: of.limits} and of.equilibria.bounds == (1e-3, 9e-3)
+
+
+def test_names_of_steady_states_at_a_value_of_the_unbalance() -> None:
+    """By the phases of both bodies; whether they compensate the unbalance depends on its value, 4 or 8 of 10 g m."""
+    of, half, most = states(), math.acos(-0.4), math.acos(-0.8)
+
+    def kind(first: float, second: float, value: float = 4e-3, of: AveragedEquilibria = of) -> Kind:
+        return of.kind(of.point(State(150.0, np.array([0.0, first, second])), value))
+
+    assert kind(1.0, 1.0) == kind(math.pi, math.pi) == Kind("together", "II", (2, 0), 1)
+    assert kind(0.0, math.pi) == kind(math.pi, 0.0) == Kind("opposed", "III", (1, 1), 2)
+    assert kind(half, -half) == kind(most, -most, 8e-3) == Kind("compensating", "I", None, 2)
+    assert kind(half, -half, 8e-3) == kind(most, -most) == kind(1.0, 2.0) == Kind(None, None, None, 2)
+    assert kind(math.pi, 0.0, of=states(second=0.06)) == Kind("opposed", None, (1, 1), 1)

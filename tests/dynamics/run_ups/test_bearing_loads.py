@@ -11,7 +11,6 @@ import pytest
 from wucht import Machine, parts
 from wucht.dynamics.run_ups.bearing_loads import (
     BearingLife,
-    BearingLoad,
     heavy_load_warnings,
     lives_at_end,
     lives_of,
@@ -21,7 +20,6 @@ from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.machine_signals import rotor_signal
 from wucht.dynamics.run_ups.observed_loads import load_histories
 from wucht.dynamics.run_ups.run_up import RunUpCase, run_to_end
-from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
 
@@ -89,18 +87,6 @@ def test_a_speed_of_two_levels() -> None:
     assert life.hours == pytest.approx((1000.0 / life.load) ** 3 * 1e6 / (300.0 / (2 * math.pi) / 5.0) / 3600, rel=2e-4)
 
 
-def test_the_peak_is_that_of_the_whole_run() -> None:
-    """80 rad/s at first, 40 rad/s at the end."""
-    points = [[0.0, 80.0], [0.5, 80.0], [1.0, 40.0], [2.0, 40.0]]
-    drum = parts.Rotor(name="drum", mass=MASS, unbalance=UNBALANCE, inertia=0.1)
-    carrier, schedule = parts.Carrier(mass=1.0, directions="fixed"), {"parameter": "drive.speed", "points": points}
-    machine = Machine(carrier, [drum], [parts.ConstantSpeed(speed=80.0)], schedules=[schedule])
-    motion = run_to_end(machine, {}, RunSettings(until=2.0)).machine_motion
-    load = loads_at_end(machine, motion, (1.2, 2.0))["drum"]
-    assert load.largest == pytest.approx(UNBALANCE * 40.0**2, rel=1e-3)
-    assert load.peak == pytest.approx(UNBALANCE * 80.0**2, rel=0.02)  # with what it takes to slow down
-
-
 def test_a_run_up_and_a_load_history_give_one_life() -> None:
     """Of a motor-driven drum with a ball, soft in y: from stored samples of the last window, and from dense ones."""
     rotor = {
@@ -128,10 +114,3 @@ def test_what_iso_281_does_not_cover() -> None:
     lives = {"a": BearingLife(501.0, 10.0, 1000.0), "b": BearingLife(500.0, 10.0, 1000.0), "c": BearingLife(None, None, 1.0)}
     (warning,) = heavy_load_warnings(lives)
     assert "'a', 501 N, is more than half of its rating C = 1000 N" in warning
-
-
-def test_forces_below_the_noise_of_the_largest_are_zero() -> None:
-    """1e-7 of the largest of the run, 100 N: of a mean vector its magnitude counts."""
-    load = BearingLoad(steady=0.9e-5, vector=(0.9e-5, 0.8e-5), largest=1.1e-5, peak=100.0).beyond(Noise.of(1e-12))
-    assert load == BearingLoad(steady=0.0, vector=(0.9e-5, 0.8e-5), largest=1.1e-5, peak=100.0)
-    assert BearingLoad(steady=2e-5, vector=(0.9e-5, 0.1e-5), largest=3e-5, peak=100.0).beyond(Noise.of(1e-12)).vector == (0, 0)

@@ -8,11 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.analysis.time_constants import runaway_limit
 from wucht.dynamics.run_ups.horizon import (
     SAMPLES_PER_TURN,
-    SPEED_LIMIT,
-    TURNS_DONE,
     Horizon,
     RunSettings,
 )
@@ -56,19 +53,6 @@ def test_less_than_ten_turns_are_no_verdict(sense: int, turns: float, short: boo
     """The warning states the time of ten turns."""
     warnings = horizon(driven(sense * 200.0), until=turns * 2 * math.pi / 200.0).warnings
     assert len(warnings) == short and (not short or f"({20 * math.pi / 200:.3g} s)" in warnings[0])
-
-
-@pytest.mark.parametrize("sense", [1, -1])
-def test_events_fire_whichever_way_the_rotor_turns(sense: int) -> None:
-    """After three turns from the angle of the start, or at 150 rad/s, their functions rise through zero."""
-    machine, start = driven(sense * 200.0), {"d": {"angle": 0.5}}
-    events = {e.name: e for e in horizon(machine, start, turns=3.0, speed_limit=150.0).events}
-    rotor = machine.rotor.coordinate
-    for angle, done in ((0.5 + sense * 5.9 * math.pi, False), (0.5 + sense * 6.1 * math.pi, True)):
-        assert (events[TURNS_DONE].expression.subs(rotor.position, angle) > 0) == done
-    for speed, fast in ((sense * 149.0, False), (sense * 151.0, True)):
-        assert (events[SPEED_LIMIT].expression.subs(rotor.velocity, speed) > 0) == fast
-    assert all(e.terminal and e.direction == 1 for e in events.values())
 
 
 def test_a_run_that_cannot_be_stored_whole_has_a_fifth_of_the_samples() -> None:
@@ -130,31 +114,9 @@ def test_time_scales_of_a_run(speed: float) -> None:
     assert of.step == pytest.approx(2 * math.pi / fast / SAMPLES_PER_TURN, rel=1e-2)
 
 
-@pytest.mark.parametrize(("speed", "fastest"), [(900.0, 900.0), (1100.0, 1000.0), (-1100.0, 1000.0)])
-def test_a_span_is_no_shorter_than_a_tenth_of_a_vibration(speed: float, fastest: float) -> None:
-    assert horizon(driven(speed)).span == pytest.approx(2 * math.pi / fastest)
-
-
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_a_prescribed_speed_that_rises_later_is_expected(sense: float) -> None:
     held = {"on": "d", "kind": "constant-speed", "speed": sense * 150.0}
     ramp = {"parameter": "drive.speed", "points": [[0.0, sense * 150.0], [1.0, sense * 400.0]]}
     machine = driven(0.0, drive=held, schedules=[ramp])
     assert horizon(machine).step == pytest.approx(2 * math.pi / 400.0 / SAMPLES_PER_TURN, rel=1e-2)
-
-
-def test_a_fast_motion_of_the_carrier_sets_the_step() -> None:
-    """It is shaken in x with 300 rad/s, faster than the rotor and its natural vibration in y."""
-    motion = {"direction": "x", "amplitude": 1e-3, "frequency": 300.0}
-    machine = driven(50.0, carrier={"directions": "xy", "stiffness": 4e4, "damping": 10.0, "motion": motion})
-    of = horizon(machine)
-    assert of.step == pytest.approx(2 * math.pi / 300.0 / SAMPLES_PER_TURN, rel=1e-2) and of.vibration == pytest.approx(300.0)
-
-
-def test_the_limit_that_is_given_counts_where_nothing_else_limits_the_speed() -> None:
-    free = driven(0.0, drive={"on": "d", "kind": "constant-torque", "torque": 1.0})
-    rotor = free.rotor.coordinate
-    for given, limit in ((30.0, 30.0), (None, runaway_limit(free))):
-        (event,) = (e for e in horizon(free, speed_limit=given).events if e.name == SPEED_LIMIT)
-        assert limit is not None and event.expression.subs(rotor.velocity, limit) == pytest.approx(0.0, abs=1e-12)
-    assert any("without limit" in w for w in horizon(free).warnings) and horizon(free, speed_limit=30.0).warnings == ()

@@ -42,16 +42,6 @@ def test_they_begin_at_zero_or_where_the_start_says() -> None:
     assert (given["left.lining"], given["drive.integral"], given["drum.angle"]) == (pytest.approx(1.5e-4), -2.0, 0.3)
 
 
-def test_of_several_drives_each_has_its_own() -> None:
-    two = machine(bodies=[drum("e1"), drum("e2")], drive=None, drives=[INVERTER | {"on": "e1"}, INVERTER | {"on": "e2"}])
-    given = state(two, {"drives": {"e2": {"integral": "3 N m"}}})
-    assert (given["drives.e1.integral"], given["drives.e2.integral"]) == (0.0, 3.0)
-    with refused("study.start.drives.e3", "e2", given={"integral": 1.0}, code="unknown-key"):
-        state(two, {"drives": {"e3": {"integral": 1.0}}})
-    with refused("study.start.drives", given=1):
-        state(two, {"drives": 1})
-
-
 @pytest.mark.parametrize(
     ("start", "refusal"),
     [
@@ -111,13 +101,6 @@ def test_angles_are_relative_and_speeds_absolute(washer: Machine) -> None:
     assert state["p2.speed"] == 7.0
 
 
-def test_the_order_of_the_file_does_not_matter(study: Study) -> None:
-    machine = load_machine(str(study('about = "drum"', 'about = "p2"')))  # p1 about p2, which comes after it
-    state = _state(machine, {"drum": 0.1, "p1": 0.01, "p2": 1.0})
-    assert state["p2.angle"] == pytest.approx(1.1)
-    assert state["p1.angle"] == pytest.approx(1.11)
-
-
 def test_under_gravity_the_carrier_starts_where_it_rests(study: Study) -> None:
     machine = load_machine(str(study('"1 kg"', '"1 kg"\ngravity = "9.81 m/s^2"', '"1e5 N/m"', '["1e5 N/m", "2e5 N/m"]')))
     rest = -(1 + 9 + 0.125 + 0.125) * 9.81 / 2e5  # weight over stiffness in y
@@ -146,12 +129,6 @@ def test_psi_and_delta() -> None:
     assert state["rotor.angle"] == 1.0
     alone = _state(machine, {"delta": 0.5})
     assert (alone["p1.angle"], alone["p2.angle"]) == (0.25, -0.25)
-
-
-def test_a_prescribed_follower_starts_where_its_drive_says(study: Study) -> None:
-    drive = 'on = "p1"\nkind = "constant-speed"\nspeed = "100 rad/s"\nangle = "90 deg"\n'
-    state = _state(load_machine(str(study(LINEAR, drive))), {"drum": 1.0})
-    assert state["p1.angle"] == pytest.approx(math.pi / 2)
 
 
 @pytest.mark.parametrize(("speed", "locked"), [(12.0, 0.0), (-12.0, 0.0), (9.0, 1.0), (-9.0, 1.0)])

@@ -84,23 +84,3 @@ def test_sample_by_sample_the_amplitude_is_that_of_the_axis_about_its_rest_posit
     assert whole.amplitude.max() == pytest.approx(3e-3, rel=2e-3), "between the samples, none of which is beyond 2.9 mm"
     assert whole.amplitude.min() > 2.5e-3, "the larger of a sample and its neighbours, not the distance of the sample"
     assert first.amplitude == pytest.approx([1e-3 * math.hypot(3 * math.cos(0.3), 2 * math.sin(0.3))])
-
-
-COURSE = MotionCourse(np.arange(7.0), np.array([np.arange(7.0), -10 * np.arange(7.0)]), np.array([1.0, 5, 2, 3, 2, 9, 4]))
-
-
-def test_thinned_it_keeps_mean_times_and_speeds_and_the_largest_amplitudes() -> None:
-    thin = COURSE.thin(3)
-    assert (thin.time.tolist(), thin.amplitude.tolist()) == ([0.5, 2.5, 5.0], [5.0, 3.0, 9.0])
-    assert thin.speeds.tolist() == [[0.5, 2.5, 5.0], [-5.0, -25.0, -50.0]]
-    assert COURSE.thin(7) is COURSE
-
-
-def test_joined_cut_and_shifted() -> None:
-    part = COURSE.within(2.0, 4.0)
-    assert (part.time.tolist(), part.speeds[1].tolist(), part.amplitude.tolist()) == (
-        [2.0, 3.0, 4.0], [-20.0, -30.0, -40.0], [2.0, 3.0, 2.0],
-    )  # fmt: skip
-    both = MotionCourse.join([part, part.shift(10.0)])
-    assert both.time.tolist() == [2.0, 3.0, 4.0, 12.0, 13.0, 14.0]
-    assert (both.speeds[0].tolist(), both.amplitude.tolist()) == ([2.0, 3.0, 4.0] * 2, [2.0, 3.0, 2.0] * 2)

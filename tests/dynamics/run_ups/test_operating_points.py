@@ -146,24 +146,6 @@ def test_each_stable_configuration_is_reached_by_a_run_up() -> None:
     pytest.fail(f"{reached} alone")
 
 
-def test_there_is_a_curve_and_a_run_for_each() -> None:
-    first, second = stable_points(balance_of_two_ways())
-    names = [first["configuration"], second["configuration"]]
-    assert f"2 of them stable: {names[0]} or {names[1]}; from rest it reaches " in balance_of_two_ways().attrs["sentence"]
-    response = run(Response(), two_ways())
-    assert [o["configuration"] for o in response.wucht.summary["operation"]] == names
-    assert [o["speed"] for o in response.wucht.summary["operation"]] == [first["speed"], second["speed"]]
-    assert response.sizes["configuration"] == 2
-    coasting = run(CoastDown(until=0.1), two_ways())
-    runs = coasting.wucht.summary["configurations"]
-    assert [one["configuration"] for one in runs] == names == coasting.configuration_name.values.tolist()
-    assert [one["start_speed"] for one in runs] == [first["speed"], second["speed"]]
-    assert np.nanmax(coasting.run_amplitude, axis=1) == pytest.approx([one["peak_amplitude"] for one in runs], rel=0.02)
-    assert coasting.attrs["sentence"].endswith("; the first of 2 runs, one from each stable configuration")
-    (other,) = [line for line in report(coasting) if line.startswith("  other start")]
-    assert names[1] in other
-
-
 def test_the_start_selects_the_nearest_configuration() -> None:
     for point in stable_points(balance_of_two_ways()):
         start = {name: phase + 0.3 for name, phase in point["phases"].items()} | {"e1": 0.1}

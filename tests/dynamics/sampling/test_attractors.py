@@ -61,26 +61,27 @@ def test_a_motion_that_does_not_come_back_is_none() -> None:
     assert Attractor.of(half, *numbers) is None, "the halves of a round are not near each other"
 
 
-def attractor(sense: int = 1, period: float = 2.0) -> Attractor:
-    points = np.array([[math.cos(a), math.sin(a), 10.0 + math.sin(a)] for a in np.linspace(0, 2 * math.pi, 500)])
-    sizes = np.array([1.0, 1.0, 11.0])
-    return Attractor(1, points / sizes, sizes, 0.02, sense, 9.0, 11.0, period, 1.0)
+def attractor(**more: Any) -> Attractor:
+    points = np.array([[0.0, 0.0], [1.0, 0.0]])
+    given = {"outcome": 3, "sizes": np.array([10.0, 2.0]), "reach": 0.1, "sense": 1, "low": 90.0, "high": 110.0}
+    return Attractor(points=points, **(given | {"period": 7.0, "peak_distance_squared": 0.25} | more))
 
 
 @pytest.mark.parametrize("sense", [1, -1])
-def test_members_that_stay_near_it_and_move_along_it(sense: int) -> None:
-    """Near its points, within its speeds and a tenth of their range, through nine tenths of it, half in less than a period."""
-    phase = np.linspace(0.0, 2 * math.pi, 61)
-    on, off = np.stack([phase, 10.0 + np.sin(phase)]), np.stack([phase, 10.5 + np.sin(phase)])
-    samples = np.stack([on, on, on, on, off, on, on], axis=-1).transpose(1, 0, 2)
-    speeds = sense * np.array([[9.0, 8.85, 9.0, 9.2, 9.0, 8.81, 9.9], [11.0, 11.0, 11.15, 11.01, 11.0, 11.19, 10.0]])
-    everyone = np.arange(7)
-    assert attractor(sense).resident_members(QUANTITIES.points, samples, speeds, 2.0, everyone).tolist() == [0, 1, 2, 3, 5]
-    assert attractor(sense).resident_members(QUANTITIES.points, samples, speeds, 2.0, np.array([5, 4, 2])).tolist() == [
-        5,
-        2,
-    ]
-    speeds[:, 1], speeds[:, 2] = sense * np.array([8.79, 11.0]), sense * np.array([9.0, 11.21])
-    speeds[:, 3] = sense * np.array([9.3, 11.0])
-    assert attractor(sense).resident_members(QUANTITIES.points, samples, speeds, 2.0, everyone).tolist() == [0, 5]
-    assert attractor(sense).resident_members(QUANTITIES.points, samples, speeds, 1.9, everyone).tolist() == [0, 3, 5]
+@pytest.mark.parametrize(
+    ("low", "high", "duration", "stays"),
+    [
+        (90.0, 110.0, 5.0, True), (95.0, 106.0, 5.0, True), (95.0, 104.0, 5.0, False), (95.0, 106.0, 8.0, False),
+        (91.0, 110.0, 8.0, True), (88.5, 110.0, 8.0, True), (87.5, 110.0, 8.0, False), (90.0, 112.5, 8.0, False),
+        (-110.0, -90.0, 8.0, False),
+    ],
+)  # fmt: skip
+def test_who_goes_through_the_range_of_its_speed_stays_near_it(
+    sense: int, low: float, high: float, duration: float, stays: bool
+) -> None:
+    """Half of the range in less than a period, nine tenths in more; and no more than a tenth of it outside."""
+    samples = np.tile(np.array([[5.0, 10.5, 0.0], [0.0, 0.0, 0.5]]), (40, 1, 1))
+    speeds = np.sort(sense * np.array([low, high]))[:, None] * np.ones(3)
+    candidates = np.array([1, 2, 0])
+    found = attractor(sense=sense).resident_members(lambda x: np.moveaxis(x, 1, 2), samples, speeds, duration, candidates)
+    assert found.tolist() == ([1] if stays else []), "the second is 0.05 of its sizes away, the others half and a quarter"

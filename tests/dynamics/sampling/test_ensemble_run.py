@@ -103,36 +103,12 @@ def test_a_schedule_is_waited_for() -> None:
     assert labels(outcomes_of(stopped, initial_state(machine, {})[:, None], {})) != ["passed"]
 
 
-@pytest.mark.parametrize("masses", [(0.1, 0.1, 0.1), (0.1, 0.13, 0.1)])
-def test_balls_of_a_track_start_in_any_order(masses: tuple[float, ...]) -> None:
-    """Like balls may exchange their places, others may not: each member has the outcome of its run-up."""
-    balls = [
-        BALL | {"name": f"p{k}", "mass": m, "diameter": 0.03, "track": "ring", "restitution": 0.5} for k, m in enumerate(masses)
-    ]
-    machine = machine_from(SMOOTH | {"bodies": [*SMOOTH["bodies"], *balls]})
-    places = [(0.0, 2.0, 4.0), (0.0, 4.0, 2.0), (1.0, 0.2, 3.0), (3.0, 6.0, 5.0)]
-    starts = [{f"p{k}": angle for k, angle in enumerate(three)} for three in places]
-    question = EnsembleQuestion(machine, until=60.0, tolerance=1e-8)
-    found = outcomes_of(question, states(machine, starts), {})
-    for i, start in enumerate(starts):
-        alone = run_of(machine, start, "full", until=60.0)
-        assert labels(found)[i] == alone.verdict.outcome.value
-        assert found.peak_amplitude[i] == pytest.approx(alone.observation.largest, rel=1e-3)
-
-
-def ring(**more: Any) -> Machine:
-    """A rotor with three like balls on a track."""
-    balls = [BALL | {"name": f"p{k}", "diameter": 0.03, "track": "ring", "restitution": 0.5} for k in range(3)]
-    return machine_from(SMOOTH | {"bodies": [*SMOOTH["bodies"], *balls]} | more)
-
-
 SMOOTH = {
     "carrier": {"mass": 1.0, "directions": "x", "stiffness": 1e3, "damping": 5.0},
     "bodies": [{"kind": "rotor", "name": "a", "mass": 1.0, "unbalance": 1e-3, "inertia": 0.01, "bearing_damping": 1e-4}],
     "drive": {"on": "a", "kind": "linear", "slope": 1e-3, "no_load_speed": 50.0},
 }
 BESIDE = SMOOTH["bodies"][0] | {"name": "b"}
-BALL = {"kind": "pendulum", "name": "p", "about": "a", "mass": 0.05, "length": 0.1, "damping": 0.01}
 SERIES = {
     "on": "a", "kind": "dc-series", "voltage": 42.0, "armature_resistance": 1.5, "field_resistance": 1.0,
     "field_inductance": 0.05, "motor_constant": 1.0,
@@ -206,17 +182,6 @@ def test_a_member_that_only_passes_by_a_motion_that_goes_on_is_not_taken_for_it(
     machine, starts = pendulums(5.8), [{"psi": psi, "delta": delta} for psi, delta in ((0.3, 0.5), (2.0, 1.5), (4.0, 2.5))]
     found = outcomes_of(EnsembleQuestion(machine), states(machine, starts), {})
     assert labels(found) == [run_of(machine, start, "full", settled=True).verdict.outcome.value for start in starts]
-
-
-def test_a_parameter_that_is_zero_in_the_machine_asked_about_may_be_varied() -> None:
-    machine, start, gravity = load_machine("drozdetskaya-2020/r1"), {"p1": 0.3, "p2": -0.5}, np.array([0.0, 200.0])
-    each = [machine.with_values({"carrier.gravity": g}) for g in gravity.tolist()]
-    begun = np.concatenate([states(one, [start]) for one in each], axis=1)
-    found = outcomes_of(EnsembleQuestion(machine, ("carrier.gravity",)), begun, {"carrier.gravity": gravity})
-    for i, one in enumerate(each):
-        alone = run_of(one, start, "full", settled=True)
-        assert labels(found)[i] == alone.verdict.outcome.value
-        assert found.peak_amplitude[i] == pytest.approx(alone.observation.largest, rel=1e-3)
 
 
 def test_averaged_equations_are_those_of_the_sense_in_which_a_member_is_driven() -> None:

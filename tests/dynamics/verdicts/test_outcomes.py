@@ -209,83 +209,43 @@ VERDICTS = {
     True: {True: Outcome.ENTRAINED, False: Outcome.NOT_ENTRAINED, None: Outcome.UNIDENTIFIED},
     False: {True: Outcome.SYNCHRONISED, False: Outcome.NOT_SYNCHRONISED, None: Outcome.UNIDENTIFIED},
 }
+TURN_TENTH = 0.2 * math.pi
 
 
-def locking(**changes):
-    """Whether that is locked, after the outcomes have been found to say the same."""
+@pytest.mark.parametrize(
+    ("changes", "locked"),
+    [
+        # Within a thousandth of the speed; bounds on one side of it decide.
+        *(({"speed_differences": (at(sign * 0.001),)}, True) for sign in (1, -1)),
+        *(({"speed_differences": (at(sign * just_above(0.001)),)}, False) for sign in (1, -1)),
+        ({"speed_differences": ((-0.0005, 0.001),)}, True),
+        ({"speed_differences": ((0.0, just_above(0.001)),)}, None),
+        ({"speed_differences": ((0.001, 0.01),)}, None),
+        ({"speed_differences": ((just_above(0.001), 0.01),)}, False),
+        ({"speed_differences": (at(0.01),), "is_bounded": False}, None),
+        ({"is_bounded": False}, True),
+        # Every rotor keeps the speed of the first; one that does not decides.
+        ({"speed_differences": (at(0.0), at(-0.1)), "phases": 2 * (at(1.0),)}, False),
+        ({"speed_differences": ((0.0, 0.01), at(-0.1)), "phases": 2 * (at(1.0),)}, False),
+        ({"speed_differences": ((0.0, 0.01), at(0.0)), "phases": 2 * (at(1.0),)}, None),
+        # Every phase rests to a tenth of a turn, wherever it is.
+        ({"phases": ((0.0, just_below(TURN_TENTH)),)}, True),
+        ({"phases": ((0.0, TURN_TENTH),)}, None),
+        ({"phases": ((-40.0, -39.5),)}, True),
+        ({"speed_differences": 2 * (at(0.0),), "phases": (at(1.0), (0.0, 1.0))}, None),
+        ({"speed_differences": (at(0.01),), "phases": ((0.0, 1.0),)}, False),
+        # Over five periods at least.
+        ({"periods": 5}, True),
+        ({"periods": 5, "speed_differences": (at(0.01),)}, False),
+        ({"periods": 4}, None),
+        ({"periods": 4, "speed_differences": (at(0.01),)}, None),
+    ],
+)
+def test_locked_at_the_edges(changes, locked):
     actual = replace(LOCKED, **changes)
+    assert actual.is_locked is locked
     for by_vibration, outcomes in VERDICTS.items():
-        assert actual.outcome(by_vibration=by_vibration) is outcomes[actual.is_locked]
-    return actual.is_locked
-
-
-@pytest.mark.parametrize(
-    ("off", "outcome"),
-    [
-        (0.001, Outcome.SYNCHRONISED),
-        (-0.001, Outcome.SYNCHRONISED),
-        (just_above(0.001), Outcome.NOT_SYNCHRONISED),
-        (-just_above(0.001), Outcome.NOT_SYNCHRONISED),
-    ],
-)
-def test_rotors_within_a_tenth_of_a_percent_are_synchronised(off, outcome):
-    assert replace(LOCKED, speed_differences=(at(off),)).outcome(by_vibration=False) is outcome
-
-
-@pytest.mark.parametrize(
-    ("off", "outcome"),
-    [(-0.001, Outcome.ENTRAINED), (-just_above(0.001), Outcome.NOT_ENTRAINED), (just_above(0.001), Outcome.NOT_ENTRAINED)],
-)
-def test_a_rotor_within_a_tenth_of_a_percent_of_the_vibration_is_entrained(off, outcome):
-    assert replace(LOCKED, speed_differences=(at(off),)).outcome(by_vibration=True) is outcome
-
-
-@pytest.mark.parametrize("sign", [1, -1])
-@pytest.mark.parametrize(
-    ("bounds", "locked"),
-    [
-        ((-0.0005, 0.001), True),
-        ((0.0, just_above(0.001)), None),
-        ((0.001, 0.01), None),
-        ((just_above(0.001), 0.01), False),
-        ((-0.01, 0.01), None),
-    ],
-)
-def test_bounds_of_how_far_a_rotor_is_off(sign, bounds, locked):
-    assert locking(speed_differences=(tuple(sorted(sign * x for x in bounds)),)) is locked
-
-
-def test_a_phase_that_still_moves_by_a_tenth_of_a_turn_is_not_yet_locked():
-    assert locking(phases=((0.0, just_below(0.2 * math.pi)),)) is True
-    assert locking(phases=((0.0, 0.2 * math.pi),)) is None
-
-
-def test_whether_phases_are_at_rest_does_not_matter_where_a_rotor_is_off_for_good():
-    assert locking(speed_differences=(at(0.01),), phases=((0.0, 1.0),)) is False
-    assert locking(speed_differences=(at(0.01),), phases=(at(1.0),)) is False
-
-
-def test_too_few_periods_are_unidentified():
-    for periods in (5, 6):
-        assert locking(periods=periods) is True
-        assert locking(periods=periods, speed_differences=(at(0.01),)) is False
-    for periods in (0, 4):
-        assert locking(periods=periods) is None
-        assert locking(periods=periods, speed_differences=(at(0.01),)) is None
-
-
-def test_every_rotor_must_keep_the_speed_of_the_first():
-    assert locking(speed_differences=(at(0.0), at(-0.1)), phases=2 * (at(1.0),)) is False
-
-
-def test_whether_a_rotor_is_off_does_not_matter_where_another_one_is():
-    assert locking(speed_differences=((0.0, 0.01), at(-0.1)), phases=2 * (at(1.0),)) is False
-    assert locking(speed_differences=((0.0, 0.01), at(0.0)), phases=2 * (at(1.0),)) is None
-
-
-def test_rotors_whose_speeds_have_no_bounds_are_not_off_for_good():
-    assert locking(speed_differences=(at(0.01),), is_bounded=False) is None
-    assert locking(speed_differences=(at(0.01),), is_bounded=True) is False
+        assert actual.outcome(by_vibration=by_vibration) is outcomes[locked]
 
 
 @st.composite
