@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.refusals import refused
 
 from wucht import load_machine
 from wucht.dynamics.balancers.candidates import least_residual, phases, with_bodies
@@ -75,3 +76,10 @@ def test_unlike_bodies_of_a_track_start_apart_as_well() -> None:
     gaps = np.diff(at, axis=0, append=at[:1] + 2 * np.pi)
     assert (gaps.min(axis=1) >= touching - 1e-12).all()
     assert gaps.min(axis=1) == pytest.approx(touching, abs=0.05)
+
+
+def test_bodies_that_differ_have_no_number() -> None:
+    with refused("study.bodies", "b3", "b1", given=2, code="different-bodies"):
+        with_bodies(CENTRIFUGE.with_values({"b3.mass": 5e-3}), 2)
+    with refused("study.bodies", given=2, code="schedules"):
+        with_bodies(load_machine("practice/balls-at-resonance"), 2)

@@ -7,6 +7,7 @@ import pytest
 import sympy as sp
 
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase, follow_branches
+from wucht.dynamics.branches.state_map import StateMapCase, map_states
 from wucht.dynamics.work import Work
 from wucht.files.catalogue import load_machine
 from wucht.files.user_system import UserSystem
@@ -42,3 +43,19 @@ def test_a_branch_that_crosses_only_one_that_was_not_searched_either() -> None:
         for b in findings.branches
     ]
     assert crossings[0] == pytest.approx([2.5, 3.5]) and {2.6, 3.4} <= {round(v, 6) for v in crossings[1]}
+
+
+def test_curves_of_folds_that_cross() -> None:
+    """x' = -((x + 2)^2 - p - r) ((x - 2)^2 - p + r): folds at p = -r, x = -2, and at p = r, x = 2; both at once at (0, 0)."""
+    x, p, r = sp.symbols("x p r", real=True)
+    pairs = UserSystem(System((x,), (-((x + 2) ** 2 - p - r) * ((x - 2) ** 2 - p + r),), (p, r)), {"p": 0.5, "r": 0.1})
+    plane = (-0.6, 1.0), (-0.5, 0.7)
+    case = StateMapCase.of(pairs, ("p", "r"), plane, 2, points=2, ranges={"x": (-4.0, 4.0)}, orbits=False)
+    *_, findings = map_states(case, Work())
+    (crossing,) = findings.crossings
+    assert (crossing.x, crossing.y) == pytest.approx((0.0, 0.0), abs=1e-8)
+    for curve in findings.curves:
+        state, first, second = curve.unknowns
+        assert first == pytest.approx(np.where(state > 0, second, -second), abs=1e-8)
+        assert curve.bifurcation == FOLD and np.abs(state) == pytest.approx(np.full(len(state), 2.0), abs=1e-6)
+    assert len(findings.curves) == 2 and not findings.omissions

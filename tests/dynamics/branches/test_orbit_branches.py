@@ -11,7 +11,7 @@ import pytest
 import sympy as sp
 
 import wucht
-from wucht.dynamics.branches.orbit_branches import PeriodicBranch, StoredOrbit
+from wucht.dynamics.branches.orbit_branches import StoredOrbit
 from wucht.dynamics.branches.orbit_diagram import (
     OrbitCase,
     OrbitFindings,
@@ -20,7 +20,7 @@ from wucht.dynamics.branches.orbit_diagram import (
 )
 from wucht.dynamics.work import Work
 from wucht.errors import RunError
-from wucht.numerics.periodic.branch_ends import CLOSED_BRANCH, RANGE, significant_value
+from wucht.numerics.periodic.branch_ends import significant_value
 from wucht.system import System
 
 X, Y, P, S = sp.symbols("x y p s", real=True)
@@ -58,41 +58,45 @@ def test_the_orbits_at_a_value_on_both_sides_of_the_fold() -> None:
     assert (fold.kind, fold.value) == ("fold", pytest.approx(-0.25, abs=1e-8))
 
 
-def small(*, values: list[float], periods: list[float], low: list[float], high: list[float]) -> PeriodicBranch:
-    arrays = {"values": values, "periods": periods, "low": low, "high": high}
-    return replace(followed().branches[0], **{name: np.array(row) for name, row in arrays.items()})  # type: ignore[arg-type]
+Z, W = sp.symbols("z w", real=True)
+TURN = X * (1 - SQUARE) - Y, Y * (1 - SQUARE) + X  # to the circle r = 1, once round in 2 pi
 
 
-def stable_ranges(stable: list[int], special: str = "", closed: bool = False, backward: bool = True, last: float = 6.0) -> Any:
-    """Of a branch over 3, 1, 2, 5, 4, which ends at 0.5 before its first orbit and at ``last`` behind its last."""
-    (known,) = followed().branches
-    values, unstable, special = np.array([3.0, 1.0, 2.0, 5.0, 4.0]), 1 - np.array(stable), special or "0" * len(stable)
-    kinds = tuple("torus" if mark == "1" else "" for mark in special)
-    end = replace(known.ends[-1], parameter=last, kind=CLOSED_BRANCH if closed else RANGE)
-    ends = (replace(end, parameter=0.5), end) if backward else (end,)
-    return replace(known, values=values, unstable=unstable, kinds=kinds, ends=ends).stable_ranges
+def crossing(*rates: sp.Expr) -> OrbitFindings:
+    """Branches over p from -0.4 to 0.4, with those that cross; rates: of z - x^2/5, w - y^2/5, which are zero on the first."""
+    waves = (2 * X * TURN[0] / 5, 2 * Y * TURN[1] / 5)[: len(rates)]
+    system = System((X, Y, Z, W)[: 2 + len(rates)], (*TURN, *(a + b for a, b in zip(rates, waves, strict=True))), (P,))
+    equations, start = wucht.UserSystem(system, {"p": -0.3}), {"x": 1.0, "z": 0.2}
+    case = OrbitCase.of(equations, "p", (-0.4, 0.4), start, run_values=(-0.3,), values=(0.2,), switch=True, show="z")
+    *_, findings = follow_orbits(case, Work())
+    assert findings.omissions == () and len(findings.branches) == 2
+    assert findings.branches[0].stable_ranges == [(-0.4, pytest.approx(0.0, abs=1e-9))]
+    assert findings.branches[1].stable_ranges == [(pytest.approx(0.0, abs=1e-4), 0.4)]
+    return findings
 
 
-def test_ranges_of_stable_orbits_go_to_the_ends_of_the_branch() -> None:
-    assert stable_ranges([1, 1, 0, 1, 1]) == [(0.5, 3.0), (4.0, 6.0)]
-    assert stable_ranges([0, 1, 1, 1, 0]) == [(1.0, 5.0)]
-    assert stable_ranges([1, 0, 0, 0, 0], backward=False) == [(3.0, 3.0)]
-    assert stable_ranges([0, 0, 0, 0, 0]) == []
+def test_a_branch_of_mirror_images_that_crosses() -> None:
+    """s' = s (p - s^2): s = sqrt(p) branches off at 0, of which one image is followed; there disturbances decay with -2 p."""
+    s = Z - X**2 / 5
+    findings = crossing(s * (P - s**2))
+    assert findings.branches[1].seed.origin.startswith("the branch point at p = ")
+    flat, raised = (o for _, o in findings.orbits if not o.kind)
+    assert flat.exponents.real == pytest.approx([0.2, -2.0], abs=1e-6)
+    assert raised.exponents.real == pytest.approx([-0.4, -2.0], abs=1e-6)
+    assert (raised.low + raised.high, flat.period, raised.period) == (
+        pytest.approx(flat.low + flat.high + 2 * np.sign(raised.low) * 0.2**0.5, abs=1e-6), *[pytest.approx(2 * np.pi)] * 2
+    )  # fmt: skip
 
 
-def test_ranges_of_stable_orbits_reach_to_special_orbits() -> None:
-    assert stable_ranges([0, 0, 1, 0, 0], "01010") == [(1.0, 5.0)], "with the special orbits at its ends"
-    assert stable_ranges([0, 0, 0, 1, 0], "01000") == [(5.0, 5.0)], "a special orbit alone is none"
-    assert stable_ranges([0, 1, 0, 0, 0], "01000") == []
-
-
-def test_a_closed_branch_is_stable_on_either_side_of_its_first_orbit() -> None:
-    """The larger of both sides, whichever it is."""
-    closed: dict[str, Any] = {"closed": True, "backward": False}
-    assert stable_ranges([1, 1, 0, 1, 1], **closed) == [(1.0, 6.0)]
-    assert stable_ranges([1, 1, 0, 1, 1], **closed, last=0.25) == [(0.25, 5.0)]
-    assert stable_ranges([1, 0, 1, 1, 0], **closed) == [(3.0, 3.0), (2.0, 5.0)]
-    assert stable_ranges([0, 1, 0, 1, 1], **closed) == [(1.0, 1.0), (4.0, 6.0)]
+def test_a_branch_of_twice_the_period() -> None:
+    """Disturbances turn by half a turn in a period, along one direction s' = s (p - s^2), across it they decay with -2."""
+    u, v, mean, half = Z - X**2 / 5, W - Y**2 / 5, (P - 2) / 2, (P + 2) / 2
+    growth = mean - u**2 - v**2
+    findings = crossing(growth * u + half * (X * u + Y * v) - v / 2, growth * v + half * (Y * u - X * v) + u / 2)
+    assert findings.branches[1].seed.origin.startswith("the period doubling at p = ")
+    once, twice = (o for _, o in findings.orbits if not o.kind)
+    assert (once.period, twice.period) == pytest.approx((2 * np.pi, 4 * np.pi))
+    assert twice.exponents.real == pytest.approx([-0.4, -2.0, -2.2], abs=1e-5)
 
 
 def test_a_rounding_error_is_no_value_of_the_parameter() -> None:

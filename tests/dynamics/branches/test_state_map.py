@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -10,10 +11,11 @@ import pytest
 import sympy as sp
 
 import wucht
-from wucht.dynamics.branches.state_map import StateFindings, StateMapCase, map_states
+from wucht.dynamics.branches.plane_regions import COINCIDE, PlaneCurve, PlanePoint
+from wucht.dynamics.branches.state_map import StateFindings, StateMapCase, extended_curves, map_states
 from wucht.dynamics.work import Work
 from wucht.errors import InputError
-from wucht.numerics.periodic.cycle import FOLD
+from wucht.numerics.periodic.cycle import BRANCH_POINT, FOLD
 from wucht.system import System
 
 X, Y, P, S, IDLE = sp.symbols("x y p s idle", real=True)
@@ -102,3 +104,27 @@ def test_a_parameter_that_changes_nothing_is_refused() -> None:
     with pytest.raises(InputError) as refused:
         motion.refuse_idle({"along": "p", "second": "idle"})
     assert (refused.value.location, refused.value.value) == ("study.second", "idle")
+
+
+def test_curves_of_lost_stability_go_on_through_rows_to_a_crossing() -> None:
+    """Sorted; rows beyond both ends; then crossings within one and a half cells, where the curve ends inside the plane."""
+    plane = replace(case_of(), bounds=((0.0, 1.0), (0.0, 3.0)), cells=3)
+    curve = PlaneCurve(BRANCH_POINT, np.array([0.6, 0.5, 0.4]), np.array([1.8, 1.5, 1.2]))
+    fold = PlaneCurve(FOLD, np.full(2, 0.2), np.array([0.0, 3.0]))
+    known = mapped()[-1].orbits[0]
+    rows = tuple(
+        replace(
+            known,
+            second=y,
+            special=tuple(replace(known.special[0], kind=k, value=v) for k, v in ((BRANCH_POINT, x), (FOLD, 0.9))),
+        )
+        for x, y in ((0.8, 2.5), (0.7, 2.1), (0.5, 1.5), (0.3, 0.5), (0.35, 0.8))
+    )
+    crossings = PlanePoint(COINCIDE, 0.85, 2.9), PlanePoint(COINCIDE, 0.1, 2.4), PlanePoint(COINCIDE, 0.15, 0.1)
+    findings = StateFindings(orbits=rows, crossings=crossings, orbit_curves=(curve, fold))
+    made, same = extended_curves(plane, findings)
+    assert same is fold
+    assert made.x.tolist() == [0.15, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85]
+    assert made.y.tolist() == [0.1, 0.5, 0.8, 1.2, 1.5, 1.8, 2.1, 2.5, 2.9]
+    far = replace(findings, orbits=(), crossings=(PlanePoint(COINCIDE, 0.9, 3.4), PlanePoint(COINCIDE, 0.0, -0.4)))
+    assert extended_curves(plane, far)[0].y.tolist() == [1.2, 1.5, 1.8]

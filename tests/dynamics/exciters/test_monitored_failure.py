@@ -14,9 +14,11 @@ from wucht.dynamics.exciters.slow_beats import Beat
 from wucht.dynamics.exciters.speed_readings import (
     Readings,
     Windows,
+    averaged_speed,
     detection_of,
     readings_of,
 )
+from wucht.files.catalogue import load_machine
 from wucht.piecewise import Pieces
 
 STEP = Pieces("c", (0.0, 4.0), [(2.0, 0, 0, 0), (2.0, 0, 0, 0), (1.6, 0, 0, 0)])
@@ -151,3 +153,11 @@ def test_the_time_of_an_alarm_counts_from_the_failure(failed, begins):
     found = detection_of(readings_of(time, angle, 0.5, windows), 1.0, 200.0, 2.0, steady=False)
     assert (found.begins, found.interval) == pytest.approx((begins, 0.5))
     assert found.curve()[0][:2] == pytest.approx([begins, begins + 0.5])
+
+
+@pytest.mark.parametrize("name", ["sperling-rollers/table-1", "practice/laundry-drum-friction"])
+def test_where_averaged_equations_have_no_speed_they_say_why(name: str) -> None:
+    """The drive prescribes it, or the carrier is held by dry friction."""
+    found = averaged_speed(load_machine(name), 95.0, False, np.empty(0), (1.0, 1.0), 1e-10, None)
+    assert found.speed is None and found.next_stable is None
+    assert ("prescribes the speed" in found.reason) is (name == "sperling-rollers/table-1") and found.reason

@@ -210,7 +210,8 @@ def mean_growth(damping: float, starts: np.ndarray, duration: float) -> np.ndarr
     return growth / (2 * np.pi * periods)
 
 
-@pytest.mark.parametrize(("damping", "until"), [(0.15, None), (0.25, None), (0.25, 10_000.0)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("damping", "until"), [(0.15, None), (0.25, 10_000.0)])
 def test_a_driven_oscillator_with_two_wells_is_chaotic(damping: float, until: float | None) -> None:
     """To three standard errors of the estimate (its interval has 2.09, as Student's of 20 blocks) and of what is known."""
     run = long_run(equations(DUFFING, ("th",), d=damping), np.array([1.0, 0.0, 0.0]), until)

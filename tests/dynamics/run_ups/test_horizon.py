@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -120,3 +121,16 @@ def test_a_prescribed_speed_that_rises_later_is_expected(sense: float) -> None:
     ramp = {"parameter": "drive.speed", "points": [[0.0, sense * 150.0], [1.0, sense * 400.0]]}
     machine = driven(0.0, drive=held, schedules=[ramp])
     assert horizon(machine).step == pytest.approx(2 * math.pi / 400.0 / SAMPLES_PER_TURN, rel=1e-2)
+
+
+def test_the_limit_of_a_run_until_settled_is_told() -> None:
+    """Only of a run that has come to its limit, and has not settled."""
+    of, ended = horizon(driven(200.0)), horizon(driven(200.0), until=10.0)
+    end = 25_600 * 2 * math.pi / 200.0
+    verdicts: list[Any] = [
+        SimpleNamespace(settled_within=lambda _width, known=known: known, never_parts=False) for known in (False, True)
+    ]
+    (sentence,) = of.limit_warnings(end, verdicts[0], "s")
+    assert f"ended at {end:.4g} s, after 2.56e+04 turns or vibrations" in sentence and "study.until" in sentence
+    assert of.limit_warnings(0.999 * end, verdicts[0], "s") == of.limit_warnings(end, verdicts[1], "s") == ()
+    assert ended.limit_warnings(10.0, verdicts[0], "s") == ()

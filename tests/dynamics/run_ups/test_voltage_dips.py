@@ -61,7 +61,7 @@ def supply_of(machine: Machine, depth: float, on: str | None = None) -> DippingS
     return DippingSupply(machine_after_schedules(machine), operation, voltages_of_drives(machine, on), depth, SETTINGS)
 
 
-@pytest.mark.parametrize(("load", "depth"), [(50.0, 1.0), (40.0, 0.6), (45.0, 0.4)])
+@pytest.mark.parametrize(("load", "depth"), [(50.0, 1.0), (45.0, 0.4)])
 def test_the_critical_duration_is_that_of_a_quadrature(load: float, depth: float) -> None:
     supply, expected = supply_of(loaded_motor(load), depth), critical_by_quadrature(load, depth)
     assert supply.operation.end.speed == pytest.approx(working_speeds(load)[0], rel=1e-9)

@@ -77,9 +77,9 @@ def test_a_member_does_not_depend_on_the_others() -> None:
     assert same(outcomes_of(question, starts[:, 5:6], {}), whole.select(np.array([5])))
 
 
-@pytest.mark.parametrize("name", ["practice/laundry-drum", "practice/fan-on-inverter", "practice/fan-on-belt"])
+@pytest.mark.parametrize("name", ["practice/fan-on-belt", pytest.param("practice/laundry-drum", marks=pytest.mark.slow)])
 def test_machines_of_piecewise_laws(name: str) -> None:
-    """A schedule, contacts and a fan's load; an inverter with a limit; a belt: in batches, with the labels of run-ups."""
+    """A belt; a schedule, contacts and a fan's load: in batches, with the labels of run-ups."""
     machine = load_machine(name)
     question = EnsembleQuestion(machine, tolerance=1e-8)
     assert integration_note(question) == "members are integrated in batches"
@@ -116,7 +116,7 @@ SERIES = {
 SHAKEN = {"directions": "x", "motion": {"direction": "x", "amplitude": 1e-3, "frequency": 6.0}}
 
 
-@pytest.mark.parametrize("model", ["full", "slow"])
+@pytest.mark.parametrize("model", ["full", pytest.param("slow", marks=pytest.mark.slow)])
 def test_a_mirrored_machine_comes_to_its_end_as_soon(model: Any) -> None:
     """It turns clockwise, with its pendulums on the other side."""
     found = []
