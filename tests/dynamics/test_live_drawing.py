@@ -26,7 +26,6 @@ FAMILIES = [
     "practice/laundry-drum", "practice/laundry-drum-friction", "practice/screen-loaded", "sperling-vibration/figure-2a",
     "sperling-vibration/lock-limits", "sperling-rollers/table-1",
 ]  # fmt: skip
-RIGHT, UP = 320.0, 240.0
 PLAIN = {"stroboscopic": False, "magnification": 10.0}
 SEEN_TURNING = {"stroboscopic": True, "magnification": 10.0}
 
@@ -146,28 +145,6 @@ def test_balls_are_drawn_to_scale_at_their_angles(tmp_path: Path) -> None:
     assert circles(large, 0.005 * scale) - axis == pytest.approx(np.array(expected) * 0.024 / 0.025, rel=1e-9)
 
 
-def test_the_stroboscopic_view_turns_with_the_rotor(tmp_path: Path) -> None:
-    """All angles alike turned on, nothing moves; the rotor's mark is on the right."""
-    machine, state, _, script = machine_at_start("practice/grinder-4-balls")
-    phases = [0.3 + 1.4 * k for k in range(4)]
-
-    rotor = machine.rotor.name
-    assert f"{rotor}.angle" in machine.state_names
-
-    def at(angle: float) -> dict[str, Any]:
-        entries = {f"{rotor}.angle": angle} | {f"b{k + 1}.angle": angle + p for k, p in enumerate(phases)}
-        return {"kind": "draw", "view": SEEN_TURNING, "state": with_entries(machine, state, entries)}
-
-    first, second = run_jobs(tmp_path, [(script, at(0.0)), (script, at(2.2))])
-    disc = disc_radius(first)
-    assert circles(first, disc)[0] == pytest.approx([RIGHT, UP])
-    balls = circles(first, disc / (1.18 * 0.029) * 0.004)
-    reach = disc / (1.18 * 0.029) * 0.025
-    assert balls == pytest.approx(np.array([[RIGHT + reach * math.cos(p), UP - reach * math.sin(p)] for p in phases]))
-    assert circles(second, disc / (1.18 * 0.029) * 0.004) == pytest.approx(balls)
-    assert f"seen turning with {rotor}" in second["description"]
-
-
 def test_grabbing_the_carrier_moves_it_with_the_finger(tmp_path: Path) -> None:
     """Magnification undone; the speeds of the carrier zero, all else as it was."""
     machine, state, _, script = machine_at_start("practice/grinder-4-balls")
@@ -259,46 +236,6 @@ def test_a_roller_goes_on_with_a_rotor_whose_speed_is_prescribed(tmp_path: Path)
     assert taken["about"] == 0
     assert part["moved"][taken["velocity"]] == speed
     assert math.sin(part["moved"][taken["angle"]]) == pytest.approx(1.0)
-
-
-def test_rotors_on_a_deck_are_where_it_turns_them(tmp_path: Path) -> None:
-    """The screen, whose rotation is drawn magnified; a rotor that is held stands still."""
-    machine, state, _, script = machine_at_start("practice/screen")
-    rest = machine.rest
-    tilt, shift = 0.002, (5e-4, -3e-4)
-    entries = {
-        "carrier.x": rest[0] + shift[0],
-        "carrier.y": rest[1] + shift[1],
-        "carrier.r": rest[2] + tilt,
-        "e2.speed": -157.0,
-    }
-    base = with_entries(machine, state, {"carrier.x": rest[0], "carrier.y": rest[1], "carrier.r": rest[2]})
-    job = {"kind": "draw", "view": PLAIN}
-    still, moved = run_jobs(
-        tmp_path, [(script, job | {"state": base}), (script, job | {"state": with_entries(machine, state, entries)})]
-    )
-    disc = disc_radius(still)
-    axes, displaced = circles(still, disc), circles(moved, disc)
-    places = [(machine.values[f"{n}.position.x"], machine.values[f"{n}.position.y"]) for n in ("e1", "e2")]
-    scale = np.linalg.norm(axes[1] - axes[0]) / math.dist(*places)
-    chi = 0.6 * math.tanh(10 * tilt / 0.6)
-    expected = [
-        [
-            10 * shift[0] + (math.cos(chi) - 1) * a - math.sin(chi) * b,
-            10 * shift[1] + math.sin(chi) * a + (math.cos(chi) - 1) * b,
-        ]
-        for a, b in places
-    ]
-    assert displaced - axes == pytest.approx(scale * np.array(expected) * [1, -1], rel=1e-6)
-    second = displaced[1].tolist()
-    grab = {"from": [second[0] + 0.6 * disc, second[1]], "to": [second[0], second[1] - 0.7 * disc]}
-    (answer,) = run_jobs(tmp_path, [(script, job | {"state": with_entries(machine, state, entries), "grabs": [grab]})])
-    (part,) = answer["parts"]
-    assert part["part"] == {"kind": "body", "index": 1}
-    angle, before = part["moved"][machine.state_names.index("e2.angle")], state[machine.state_names.index("e2.angle")]
-    assert (math.cos(angle), math.sin(angle)) == pytest.approx((0.0, 1.0), abs=1e-9)
-    assert abs(angle - before) <= math.pi
-    assert part["moved"][machine.state_names.index("e2.speed")] == 0.0
 
 
 def check_drawings(folder: Path, chosen: Sequence[str]) -> None:

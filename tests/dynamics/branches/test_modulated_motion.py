@@ -111,25 +111,6 @@ def test_the_curve_of_saddle_connections_through_it() -> None:
         connection_curve(motion, SecondParameter("a", (-1.4, -0.6), -1.0), row, nowhere)
 
 
-def test_a_neighbouring_row_is_begun_with_the_middle_of_this_one() -> None:
-    """Followed from a = -1 to -1.1 at the same mu; not beyond where there is none, and at the same value it is the same."""
-    motion, row = leaf_row()
-    there = RowCase(motion.with_values({"a": -1.1}), "a", -1.1, lambda: None)
-    seed = there.seed_from_neighbour(row)
-    assert seed is not None and seed.value == row.middle.value and seed.longest == row.middle.longest
-    assert seed.period != pytest.approx(row.middle.period, rel=1e-3) and seed.scale is row.middle.scale
-    run = orbit_near(motion.with_values({"a": -1.1}).subject, seed.value, np.array([0.6, 0.2]), lambda: None, lambda _: 20.0)
-    assert run.orbit is not None and seed.period == pytest.approx(run.orbit.period, rel=1e-6)
-    same = RowCase(motion, "a", -1.0, lambda: None)
-    assert (
-        same.seed_from_neighbour(row) is row.middle
-        and same.seed_from_neighbour("none") is None
-        and same.seed_from_neighbour(None) is None
-    )
-    gone = RowCase(motion.with_values({"a": 1.0}), "a", 1.0, lambda: None)
-    assert gone.seed_from_neighbour(row) is None
-
-
 def test_the_exponent_of_the_direction_that_leads_out_of_a_section() -> None:
     """In x' = y, y' = -x, z' = (p + x^2) z around r = 2: the integral of p + x^2 over a period, 2 pi (p + 2)."""
     system = System((X, Y, Z), (-Y, X, (P + X**2) * Z), (P,))

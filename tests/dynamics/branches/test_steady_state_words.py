@@ -7,18 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-import sympy as sp
 
-import wucht
 from wucht.analysis.configurations.closed_form import State
 from wucht.dynamics.branches.averaged_equilibria import AveragedEquilibria
 from wucht.dynamics.branches.modulated_motion import ModulatedMotion
-from wucht.dynamics.branches.steady_states import Kind, SystemEquilibria
+from wucht.dynamics.branches.steady_states import Kind
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
-from wucht.system import System
 
-X, Y, P, S = sp.symbols("x y p s", real=True)
 TABLE = "drozdetskaya-2020/table-5.1"
 
 
@@ -51,24 +47,6 @@ def test_ranges_of_speeds_and_angles_in_which_steady_states_are_searched() -> No
     assert motion.starts(4).shape == (4, len(motion.whole.turning))
 
 
-def test_states_are_the_same_but_for_whole_turns_of_angles() -> None:
-    """In units of the ranges' widths, 4 and 2; an angle in radians; by name an angle is within a turn."""
-    theta = sp.Symbol("theta", real=True)
-    system = System((theta, X), (P - sp.sin(theta), -X), (P,), angles=frozenset({theta}))
-    states = SystemEquilibria.of(wucht.UserSystem(system, {"p": 0.5}), "p", (0.0, 2.0), {"x": (-1.0, 3.0)}, show="x")
-    u, near = np.array([1.0, 0.5, 0.25]), 1e-6
-    for k, size in ((0, 1.0), (1, 4.0), (2, 2.0)):
-        for way in (1, -1):
-            assert states.is_same(u, u + 0.99 * way * near * size * np.eye(3)[k])
-            assert not states.is_same(u, u + 1.01 * way * near * size * np.eye(3)[k])
-    turned = u + np.array([2 * np.pi, 0.0, 0.0])
-    assert states.is_same(u, turned) and states.is_same(turned, u) and states.is_same(u, u - 3 * (turned - u))
-    assert not states.is_same(u, u + np.array([np.pi, 0.0, 0.0])) and not states.is_same(u, u + np.array([0.0, 2 * np.pi, 0.0]))
-    assert states.state_by_name(turned) == {"theta": pytest.approx(1.0), "x": 0.5}
-    assert states.ordinate(u[:, None]).tolist() == [0.5] and states.ordinate_size == 4.0
-    assert states.labels.state == "x" and states.nominal_value == 0.5 and states.equilibria.limits == {1: (-5.0, 7.0)}
-
-
 def states(sense: float = 1.0, second: float = 0.05) -> AveragedEquilibria:
     ball = {"kind": "pendulum", "about": "d", "length": 0.1, "damping": 0.01}
     machine = machine_from({
@@ -98,24 +76,6 @@ def test_steady_states_by_name(first: float, second: float, psi: float | None, d
     mean = second + delta / 2 if psi is None else psi
     assert math.remainder(found["psi"] - mean, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
     assert -math.pi < found["psi"] <= math.pi
-
-
-def test_a_point_is_that_of_a_state_and_back() -> None:
-    """Phases relative to the main rotor, within a turn."""
-    of = states()
-    u = of.point(State(150.0, np.array([0.0, 0.75, 5.5])), 4e-3)
-    numbers = dict(zip(of.names, u[:-1], strict=True))
-    assert u[-1] == 4e-3 and numbers["d.speed"] == pytest.approx(150.0)
-    assert numbers["p.phase"] == pytest.approx(0.75) and math.remainder(numbers["q.phase"] - 5.5, 2 * math.pi) == pytest.approx(
-        0.0
-    )
-    back = of.state(u)
-    assert back.speed == pytest.approx(150.0) and back.phases == pytest.approx([0.0, 0.75, 5.5])
-    assert of.ordinate_size == of.fastest and of.equilibria.equations.scale[-1] == pytest.approx(8e-3)
-    second = of.equations_with("p.mass", 0.5)
-    assert second.parameter_names == ("d.unbalance", "p.mass") and second.scale[-2:] == pytest.approx([8e-3, 0.5])
-    rows = [i for i, n in enumerate(of.names) if n == "d.speed"]
-    assert of.equilibria.limits == {rows[0]: of.limits} and of.equilibria.bounds == (1e-3, 9e-3)
 
 
 def test_names_of_steady_states_at_a_value_of_the_unbalance() -> None:

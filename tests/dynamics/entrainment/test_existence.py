@@ -96,27 +96,6 @@ def test_below_the_band_the_decay_is_that_well_inside(sense: float) -> None:
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_the_averaged_state_of_a_state_of_the_machine(sense: float) -> None:
-    """The phase is sigma phi less that of the vibration at this time."""
-    case = case_of(5.0)
-    equations = existence(case, not_entrained(case), {"rotor": sense}, Work()).equations
-    assert equations is not None
-    of, state = case.machine, np.zeros(len(case.machine.state_names))
-    state[of.row(of.rotor.coordinate.position)] = sense * (W * 3.0 + 0.5)
-    averaged = dict(zip(equations.names, equations.state_at(of, 3.0, state, 6.0).tolist(), strict=True))
-    assert {name: value for name, value in averaged.items() if name.endswith("phase")} == {"rotor.phase": pytest.approx(0.5)}
-    assert averaged["rotor.speed"] == pytest.approx(6.0)
-    states = np.array([[0.5, 0.1], [6.0, 7.0]])
-    ordered = states if equations.names[0].endswith("phase") else states[::-1]
-    assert equations.speed(ordered).tolist() == [6.0, 7.0]
-    assert equations.wrap_phases(np.where(equations.phases, 3 * math.pi + 0.5, 9.0)).tolist() == pytest.approx(
-        np.where(equations.phases, -math.pi + 0.5, 9.0).tolist()
-    )
-    assert equations.wrap_phases(np.where(equations.phases, -math.pi, 9.0)).max() == 9.0
-    assert abs(equations.wrap_phases(np.where(equations.phases, -math.pi, 9.0)).min()) == pytest.approx(math.pi)
-
-
-@pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_near_an_edge_the_slower_of_two_decays_counts(sense: float) -> None:
     """There both are real."""
     width, inertia = TORQUE / SLOPE, machine(5.0).values["rotor.inertia"]
@@ -125,29 +104,6 @@ def test_near_an_edge_the_slower_of_two_decays_counts(sense: float) -> None:
     roots = np.roots([inertia, SLOPE, TORQUE * cosine])
     assert not roots.imag.any()
     assert found.slowest_rate == pytest.approx(-roots.real.max(), rel=1e-3)
-
-
-@pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_the_equations_along_the_parameter(sense: float) -> None:
-    """J p'' = k (W - w - p') - T sin(p), scaled: by the motor's speed k, by the phase -T cos(p)."""
-    case = case_of(5.0)
-    equations = existence(case, not_entrained(case), {"rotor": sense}, Work()).equations
-    assert equations is not None
-    inertia, state = machine(5.0).values["rotor.inertia"], np.array([0.5, 6.0])
-    phase, speed = (int(np.flatnonzero(equations.phases)[0]), int(np.flatnonzero(~equations.phases)[0]))
-    state = state if phase == 0 else state[::-1]
-    rate, jacobian, by_value = equations._linearisation(state[:, None], np.array([sense * 7.0]))
-    scale = equations.pace * equations.sizes
-    assert equations.pace == pytest.approx(W) and equations.sizes[phase] == 1.0 and equations.sizes[speed] == pytest.approx(W)
-    torque = SLOPE * (7.0 - 6.0) - TORQUE * math.sin(0.5)
-    assert rate[phase, 0] * scale[phase] == pytest.approx(6.0 - W)
-    assert rate[speed, 0] * scale[speed] == pytest.approx(torque / inertia)
-    assert jacobian[0, speed, phase] * scale[speed] == pytest.approx(-TORQUE * math.cos(0.5) / inertia)
-    assert jacobian[0, speed, speed] == pytest.approx(-SLOPE / inertia / equations.pace)
-    assert by_value[0, speed] * scale[speed] / equations.unit == pytest.approx(sense * SLOPE / inertia)
-    roots = np.roots([inertia, SLOPE, TORQUE * math.cos(0.5)])
-    assert sorted(equations.eigenvalues(state, 7.0).real) == pytest.approx(sorted(roots.real))
-    assert equations.is_turning(state) and not equations.is_turning(np.where(equations.phases, 0.5, -6.0))
 
 
 @pytest.mark.parametrize("phase", [0.3, 1.2, 2.5, -0.7])

@@ -21,7 +21,6 @@ from wucht.dynamics.run_ups.machine_signals import rotor_signal
 from wucht.dynamics.run_ups.observed_loads import load_histories
 from wucht.dynamics.run_ups.run_up import RunUpCase, run_to_end
 from wucht.dynamics.work import Work
-from wucht.files.building import machine_from
 
 UNBALANCE, MASS, SPEED, GRAVITY = 0.02, 3.0, 50.0, 9.81
 
@@ -85,29 +84,6 @@ def test_a_speed_of_two_levels() -> None:
     life = lives_of(machine, last.duties)["drum"]
     assert life.load == pytest.approx((power / 300.0) ** (1 / 3), rel=2e-4)
     assert life.hours == pytest.approx((1000.0 / life.load) ** 3 * 1e6 / (300.0 / (2 * math.pi) / 5.0) / 3600, rel=2e-4)
-
-
-def test_a_run_up_and_a_load_history_give_one_life() -> None:
-    """Of a motor-driven drum with a ball, soft in y: from stored samples of the last window, and from dense ones."""
-    rotor = {
-        "kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 1e-2, "inertia": 1.5e-2, "bearing": {"C": 2e3, "p": "10/3"},
-    }  # fmt: skip
-    ball = {"kind": "pendulum", "name": "ball", "about": "drum", "mass": 0.1, "length": 0.05, "damping": 0.02}
-    motor = {"kind": "linear", "slope": 0.5, "no_load_speed": 60.0}
-    carrier = {"directions": "xy", "mass": 5.0, "stiffness": [1e4, 5e4], "damping": 80.0, "gravity": 9.81}
-    machine = machine_from({"carrier": carrier, "bodies": [rotor, ball], "drive": motor})
-    settings = RunSettings(until=30.0)
-    motion = run_to_end(machine, {"ball": 1.0}, settings)
-    begin, end = motion.verdict.window
-    life = lives_at_end(machine, motion.machine_motion, (begin, end))["drum"]
-    case = RunUpCase.of(machine, {"ball": 1.0}, settings)
-    signal = rotor_signal(machine, "drum", "y")
-    *_, last = load_histories(case, signal, Work(), bearings_from=begin)
-    dense = lives_of(machine, last.duties)["drum"]
-    assert dense.load == pytest.approx(life.load, rel=2e-4) and dense.hours == pytest.approx(life.hours, rel=1e-3)
-    assert (signal.name, signal.unit) == ("bearing force of drum in y", "N")
-    *_, without = load_histories(case, signal, Work())
-    assert without.duties == {}
 
 
 def test_what_iso_281_does_not_cover() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 from functools import cache
 from typing import Any
@@ -13,16 +12,11 @@ import xarray as xr
 from tests.refusals import refused
 
 from wucht import CoastDown, Response, RunUp, TorqueBalance, report, run
-from wucht.dynamics.run_ups import operating_points
 from wucht.dynamics.run_ups.operating_points import OperatingPoints, vibration_in_operation
-from wucht.dynamics.run_ups.steady_phases import SteadyPhases
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.numerics.angles import wrap_to_pi
-
-START_OF_FILE = {"e1": -1.5708, "e2": -1.5708}
-
 
 # --- decks at random ---
 
@@ -197,22 +191,6 @@ def test_the_screen_runs_where_its_run_up_ends() -> None:
     assert "  in operation 2.294 mm at 155.2 rad/s (1482 rpm), e2 -90.4°; reached from rest" in report(response)
 
 
-def test_a_coast_down_begins_in_operation() -> None:
-    """The speed falls from turn to turn by 2.4 to 3.3 rad/s, as the bearings brake it. Within a turn it fluctuates by 4.9 rad/s
-    in operation, by gravity and by the vibration torque, and after that by no more. At the phases of the file it would fall by
-    9.8 rad/s within a turn, and rise again.
-    """
-    result = run(CoastDown(until=0.5), load_machine("practice/screen"))
-    fall = -np.diff(result.mean_speed.values)
-    assert fall.min() > 2.0 and fall.max() < 3.5
-    turn = result.time.values <= 2 * math.pi / 155
-    assert np.ptp(result.speed.values[turn]) < 4.9
-    held = run(CoastDown(until=0.5, bodies="held", start=START_OF_FILE), load_machine("practice/screen"))
-    fall = -np.diff(held.mean_speed.values)
-    assert fall.max() > 9.0 and fall.min() < 0
-    assert result.wucht.summary["start_speed"] == pytest.approx(155.2, abs=0.05)
-
-
 def test_without_a_stable_configuration_it_is_said() -> None:
     machine = load_machine("practice/screen-unsynchronised")
     balance, response = run(TorqueBalance(), machine), run(Response(), machine)
@@ -227,27 +205,3 @@ def test_without_a_stable_configuration_it_is_said() -> None:
 
 
 # --- by hand ---
-
-
-def test_bodies_of_a_track_do_not_run_in_each_others_place() -> None:
-    """Below the resonance both balls gather on the heavy side, which those of a track cannot.
-
-    z = H (U + u exp(i psi)), and the balls lie along z: sin(psi - arg H) = (u/U) sin arg H.
-    """
-    rotor = {"kind": "rotor", "name": "r", "mass": 5.0, "unbalance": 4e-3, "inertia": 0.05}
-    ball = {"kind": "pendulum", "about": "r", "mass": 0.05, "length": 0.1, "damping": 1e-3}
-    drive = {"on": "r", "kind": "linear", "slope": 2.0, "no_load_speed": -30.0}
-
-    def operations(**more: Any) -> tuple[operating_points.Operation, ...]:
-        bodies = [rotor, *(ball | {"name": name} | more for name in "pq")]
-        machine = machine_from({"carrier": {"mass": 10.0, "stiffness": 4e4, "damping": 60.0}, "bodies": bodies, "drive": drive})
-        return vibration_in_operation(SteadyPhases.of(machine, {}, None))
-
-    (alone,) = operations()
-    assert alone.label == "together, heavy side" and alone.speed == pytest.approx(-30.0, rel=1e-4)
-    w = abs(alone.speed)
-    response = w**2 / (4e4 - 15.1 * w**2 + 60j * w)
-    lag = cmath.phase(response)
-    total = 4e-3 + 1e-2 * cmath.exp(1j * (lag + math.asin(2.5 * math.sin(lag))))
-    assert alone.amplitude == pytest.approx(abs(response * total), rel=1e-9)
-    assert operations(track="t", diameter=0.02) == ()

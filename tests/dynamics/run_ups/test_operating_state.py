@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import pytest
 
 from wucht.analysis.working_points import is_held_at_rest
-from wucht.dynamics.run_ups.coasting import without_drives
-from wucht.dynamics.run_ups.operating_state import machine_after_schedules, state_at_working_point, transfer_state
+from wucht.dynamics.run_ups.operating_state import machine_after_schedules, state_at_working_point
 from wucht.dynamics.run_ups.settled_operation import rest_events
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
@@ -59,35 +57,3 @@ def test_schedules_end_as_they_are_at_a_time() -> None:
     for time, torque in ((None, 5.0), (0.5, 2.0), (9.0, 5.0)):
         steady = machine_after_schedules(machine, time=time)
         assert steady.values["drives.b.torque"] == pytest.approx(torque) and steady.schedules == ()
-
-
-def test_bodies_that_are_still_locked_stay_so() -> None:
-    """Those that have been released stay free, and need no release any more."""
-    balls = [
-        {"kind": "pendulum", "name": n, "about": "a", "mass": 0.1, "length": 0.1, "damping": 0.01, "release": {"speed": 20.0}}
-        for n in ("p", "q")
-    ]
-    rotor = {"kind": "rotor", "name": "a", "mass": 1.0, "unbalance": 1e-3, "inertia": 0.1}
-    machine = machine_from({"carrier": {"stiffness": 1e4}, "bodies": [rotor, *balls]})
-    left = machine_after_schedules(machine, {"p.locked": 0.0, "q.locked": 1.0})
-    assert (left.values["p.locked"], left.values["q.locked"]) == (0.0, 1.0)
-    assert left.body("p").release is None and left.body("q").release is not None
-    released = machine_after_schedules(machine)
-    assert released.values["q.locked"] == 0.0 and released.body("q").release is None
-
-
-def test_a_state_passed_on_has_the_prescribed_speed_of_its_time() -> None:
-    ramp = {"parameter": "drive.speed", "points": [[0.0, 10.0], [2.0, -30.0]]}
-    rotor = {"kind": "rotor", "name": "a", "mass": 1.0, "unbalance": 1e-3, "inertia": 0.1}
-    machine = machine_from({
-        "carrier": {"stiffness": 1e4}, "bodies": [rotor], "drive": {"on": "a", "kind": "constant-speed", "speed": 10.0},
-        "schedules": [ramp],
-    })  # fmt: skip
-    free = without_drives(machine)
-    state = np.arange(1.0, 1.0 + len(machine.state_names))
-    for time, speed in ((0.0, 10.0), (1.0, -10.0), (2.0, -30.0)):
-        passed = dict(zip(free.state_names, transfer_state(machine, state, free, time), strict=True))
-        assert passed["a.speed"] == pytest.approx(speed)
-        assert {n: passed[n] for n in machine.state_names if n != "a.speed"} == pytest.approx(
-            {n: x for n, x in zip(machine.state_names, state, strict=True) if n != "a.speed"}
-        )

@@ -151,20 +151,6 @@ def test_what_is_integrated_in_batches_has_the_labels_of_run_ups(changed: dict[s
     assert found.peak_amplitude[0] == pytest.approx(alone.observation.largest, rel=1e-3)
 
 
-def test_exciters_at_the_resonance_have_the_label_of_their_run_up() -> None:
-    bodies = [
-        {"kind": "rotor", "name": n, "mass": 1.0, "unbalance": 0.02, "inertia": 0.01, "bearing_damping": 1e-4} for n in "ab"
-    ]
-    drives = [{"on": n, "kind": "linear", "slope": 1e-3, "no_load_speed": w} for n, w in (("a", 100.5), ("b", 101.0))]
-    carrier = {"mass": 8.0, "directions": "x", "stiffness": 3500.0, "damping": 20.0}
-    machine = machine_from({"carrier": carrier, "bodies": bodies, "drives": drives})
-    starts = [{"a": 0.3}, {"a": 2.0}]
-    found = outcomes_of(EnsembleQuestion(machine, until=100.0, tolerance=1e-8), states(machine, starts), {})
-    assert (
-        labels(found) == [run_of(machine, s, "full", until=100.0).verdict.outcome.value for s in starts] == ["synchronised"] * 2
-    )
-
-
 def test_a_member_that_fails_is_told_and_disturbs_no_other() -> None:
     machine = pendulums(1.0)
     starts = states(machine, grid(2))

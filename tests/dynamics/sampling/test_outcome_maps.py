@@ -104,13 +104,3 @@ def test_parameters_move_the_place_of_rest() -> None:
     assert values["carrier.stiffness"].tolist() == [1.5e4, 2.5e4, 1.5e4, 2.5e4]
     row = machine.state_names.index("carrier.y")
     assert np.allclose(states[row], -3.1 * 9.81 / values["carrier.stiffness"])
-
-
-def test_cells_are_numbered_row_by_row() -> None:
-    map_ = outcome_map(R1, {"psi": [0.0, TURN, 3], "delta": [-1.0, 1.0, 2]})
-    x, y = map_.places(0, np.array([0, 3, 5]))
-    assert x == pytest.approx([math.pi / 3, math.pi / 3, 5 * math.pi / 3])
-    assert y == pytest.approx([-0.5, 0.5, 0.5]), "3 and 5 are in the second row"
-    assert map_.places(1, np.array([7]))[:, 0] == pytest.approx((math.pi / 2, -0.25))
-    assert map_.periodic == (False, True), "rows are those of delta"
-    assert map_.shape(1) == (4, 6)

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_variations import varied_quantity
 from wucht.dynamics.sampling.distributions import REPLICATES
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes
@@ -15,10 +14,7 @@ from wucht.dynamics.sampling.random_runs import ProbabilityPoint, RandomRuns
 from wucht.dynamics.verdicts.outcomes import OUTCOMES
 from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-
-R1 = load_machine("drozdetskaya-2020/r1")
 
 
 def random_runs(machine: Machine, along: str, names: list[str], start: dict[str, Any], **settings: Any) -> RandomRuns:
@@ -30,21 +26,6 @@ def random_runs(machine: Machine, along: str, names: list[str], start: dict[str,
 def members(names: list[str]) -> MemberOutcomes:
     unknown = np.ones(len(names))
     return MemberOutcomes(np.array([[str(o) for o in OUTCOMES].index(n) for n in names], np.int8), unknown, unknown, unknown)
-
-
-def test_each_run_starts_as_a_run_up_would() -> None:
-    """With the parameters and starts of its own sample; where the carrier rests follows."""
-    runs = random_runs(R1, "drive.slope", ["p2.speed", "carrier.x", "drum.eccentricity"], {"p1": 0.3})
-    samples = np.array([[0.0, 1.0, 4.0], [1e-3, -2e-3, 0.0], [1e-3, 0.8e-3, 1.3e-3]])
-    states, values = runs.members(0.015, samples)
-    assert {name: row.tolist() for name, row in values.items()} == {"drum.eccentricity": samples[2].tolist()}
-    question = runs.question_at(0.015)
-    assert question.varied_paths == ("drum.eccentricity",)
-    assert question.machine.values["drive.slope"] == 0.015
-    for m, (speed, x, eccentricity) in enumerate(samples.T):
-        alone = R1.with_values({"drive.slope": 0.015, "drum.eccentricity": eccentricity})
-        start = {"p1": 0.3, "p2": {"speed": speed}, "carrier": {"x": x}}
-        assert np.array_equal(states[:, m], initial_state(alone, start))
 
 
 def rotor(drive: dict[str, Any]) -> Machine:

@@ -79,20 +79,6 @@ def test_a_search_leaves_what_is_not_feasible() -> None:
     assert last[-1][:, 1].mean() < 0.2
 
 
-def test_a_selection_of_more_points_than_there_are_has_all_that_differ() -> None:
-    points = np.array([[0.0, 1.0], [1.0, 0.0], [0.6, 0.5], [0.6, 0.5]])
-    assert spread_selection(points, 9).tolist() == [0, 1, 2]
-    assert spread_selection(points[:3], 9).tolist() == [0, 1, 2] and spread_selection(points, 2).tolist() == [0, 1]
-    assert spread_selection(points, 1).tolist() == [0]
-    assert is_pareto_optimal(np.array([[0.0, 1.0], [0.0, 2.0], [1.0, 0.0], [1.0, 0.0]])).tolist() == [True, False, True, True]
-
-
-def test_the_farthest_from_the_best_is_taken_next_in_shares_of_the_ranges() -> None:
-    """The second objective is a thousand times as large."""
-    points = np.array([[0.0, 1000.0], [1.0, 0.0], [0.9, 600.0], [0.45, 550.0]])
-    assert spread_selection(points, 3).tolist() == [0, 1, 3]
-
-
 def variable(low: float, high: float, *paths: str) -> Variable:
     return Variable("v", None, paths, low, high, "", "")
 

@@ -126,13 +126,6 @@ def test_the_legs_before_and_after_a_steep_place(way: float) -> None:
     ] == (15, 16), "the eight largest"
 
 
-def test_what_a_branch_rises_by_itself_is_no_part_of_a_jump() -> None:
-    """A slope of 1 over 60 legs; beyond it a jump has more than 2 % of the whole range."""
-    for step, jumps in ((2.15, []), (2.3, [(20, 21)])):
-        legs = [float(k) + (step - 1 if k > 20 else 0.0) for k in range(61)]
-        assert candidates(Signals(), legs) == jumps  # type: ignore[arg-type]
-
-
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_a_sweep_is_too_fast_by_the_size_of_its_speeds(sense: float) -> None:
     """In either sense of rotation: where the speed changes by more than a hundredth of the largest one after the ramp."""

@@ -25,7 +25,6 @@ from wucht.numerics.angles import wrap_to_pi
 
 START = {"p1": {"angle": 1.7158}, "p2": {"angle": 3.54888}}
 CAPTURED = OUTCOMES.index(Outcome.CAPTURED_MODULATED)
-COMPENSATED = OUTCOMES.index(Outcome.COMPENSATED)
 
 
 MACHINE = """
@@ -160,14 +159,6 @@ def test_settled_and_long_runs_of_fifty_machines_do_not_contradict_each_other() 
     found = [outcomes(*of, until=1000.0) for of in machines_near_the_edge(7, 50)]
     assert not any(contradict(*pair) for pair in found)
     assert sum(settled not in OPEN_OUTCOMES for settled, _ in found) >= 45
-
-
-@pytest.mark.slow
-def test_members_of_an_ensemble_are_not_assigned_to_a_motion_that_they_leave() -> None:
-    of = machine()
-    angles = np.random.default_rng(5).uniform(0, 2 * np.pi, (16, 2))
-    found = outcomes_of(EnsembleQuestion(of), states(of, angles), {})
-    assert (found.outcome == COMPENSATED).all()
 
 
 @pytest.mark.slow

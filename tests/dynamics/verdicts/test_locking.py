@@ -24,10 +24,8 @@ from motions import (
 
 from wucht.dynamics.verdicts.locking import (
     assess_locking,
-    is_locking,
     rotor_phases,
 )
-from wucht.files.building import machine_from
 
 DECAY = 10.0  # s, of the free vibrations of the carriers
 
@@ -113,15 +111,6 @@ def test_means_are_over_the_last_half_of_the_run():
     assert early.window == pytest.approx((END - 50, END), abs=1e-9)
     assert early.evidence.periods == 50
     assert early.speeds == pytest.approx({"d": W, "e": W * (1 - 0.1 * np.exp(-51 / 5))}, rel=1e-7)
-
-
-def test_phases_are_means_over_the_last_tenth_of_that():
-    def slow(t):
-        return W * t + 1 + 0.01 * (t - END)
-
-    found = assess_locking(pair(), seen(pair(), END, steady, slow))
-    assert found.phases == {"e": pytest.approx(1 - 0.01 * 2.5, abs=1e-3)}
-    assert found.creep == pytest.approx(0.01 * 25, rel=0.02)
 
 
 @pytest.mark.parametrize(("until", "settled"), [(399.0, False), (401.0, True)])
@@ -272,18 +261,6 @@ def assessed(machine: Any, *angles: Any) -> Any:
     return found
 
 
-@pytest.mark.parametrize("way", [1.0, -1.0])
-def test_the_speed_changes_by_the_difference_of_the_halves(way: float) -> None:
-    """Both rotors gain or lose 1e-4 of their speed each second."""
-
-    def turning(t: Any) -> Any:
-        return W * (t + way * 0.5e-4 * t**2)
-
-    found = assessed(pair(), turning, lambda t: turning(t) + 0.25)
-    assert found.change == pytest.approx(W * 1e-4 * END / 4, rel=0.05)
-    assert found.speeds["d"] == pytest.approx(W * (1 + way * 1e-4 * 0.75 * END), rel=1e-3)
-
-
 @pytest.mark.parametrize(("first", "second"), [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)])
 def test_speeds_have_signs_and_phases_are_in_the_senses(first: float, second: float) -> None:
     found = assessed(pair(), lambda t: first * W * t, lambda t: second * (W * t + 0.75))
@@ -301,22 +278,6 @@ def test_the_phase_to_the_vibration(sense: float) -> None:
     time = np.array([0.0, 1.0, 2.0])
     assert rotor_phases(shaken(), time, {"d": sense * (W * time + 0.5)})["vibration"] == pytest.approx([0.5] * 3)
     assert rotor_phases(pair(), time, {"d": sense * W * time, "e": -W * time - 0.25})["e"] == pytest.approx([0.25] * 3)
-
-
-@pytest.mark.parametrize(
-    ("free", "shaking", "judged"), [(1, False, False), (2, False, True), (1, True, True), (0, True, False)]
-)
-def test_which_machines_are_judged_by_locking(free: int, shaking: bool, judged: bool) -> None:
-    rotor = {"kind": "rotor", "mass": 2.0, "unbalance": 1e-3, "inertia": 0.1}
-    names = ["a", "b"]
-    held = [{"on": n, "kind": "constant-speed", "speed": W} for n in names[free:]]
-    driven = [{"on": n, "kind": "linear", "slope": 0.1, "no_load_speed": W} for n in names[:free]]
-    motion = {"directions": "x", "motion": {"direction": "x", "amplitude": 1e-3, "frequency": W}}
-    machine = machine_from({
-        "carrier": motion if shaking else {"mass": 1.0, "stiffness": 1e3, "damping": 1.0},
-        "bodies": [rotor | {"name": n} for n in names], "drives": [*held, *driven],
-    })  # fmt: skip
-    assert is_locking(machine) is judged
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])

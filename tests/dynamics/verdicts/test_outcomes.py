@@ -188,20 +188,6 @@ def test_the_outcome_is_the_one_of_all_points_within_the_bounds(e):
     assert classify(e) is (each.pop() if len(each) == 1 else Outcome.UNIDENTIFIED)
 
 
-def scaled(e, factor):
-    """The same motion with another unit of speed."""
-    free, resonance = (None if x is None else factor * x for x in (e.free_speed, e.resonance))
-    mean, lowest = (tuple(factor * x for x in bounds) for bounds in (e.mean_speed, e.lowest_speed))
-    return replace(e, free_speed=free, resonance=resonance, mean_speed=mean, lowest_speed=lowest)
-
-
-@pytest.mark.slow
-@always
-@given(evidences(), st.integers(-30, 30))
-def test_the_unit_of_speed_does_not_matter_to_the_last_bit(e, power):
-    assert classify(scaled(e, 2.0**power)) is classify(e)
-
-
 # --- entrained, synchronised: by the mean speed over whole periods ---
 
 LOCKED = Locking(periods=50, speed_differences=(at(0.0),), phases=(at(1.0),))
