@@ -1,4 +1,4 @@
-"""Which balancer is recommended, and whether it or the motor sets the settling time."""
+"""Which balancer is recommended, whether it or the motor sets the settling time, and what chance explains."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Curves of the plane of endings: from a connection of two saddle-nodes in closed form, and when following one is given up."""
+"""Curves of the plane of endings from a connection of two saddle-nodes in closed form."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stretches of stability of branches of steady states."""
+"""Stretches of stability of branches of steady states, and what is stable at a value."""
 
 from __future__ import annotations
 

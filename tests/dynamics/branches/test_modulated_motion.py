@@ -1,4 +1,4 @@
-"""Steady states over a plane, where stable ones are lost, runs from several starts, and rows of motions."""
+"""Where stable states are lost, and rows of motions that end at a saddle connection."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Branches of orbits of the normal form of a generalised Hopf point: which are the same, what is lost, orbits at a value."""
+"""Branches of orbits of normal forms: both sides of a fold, branches that cross, and orbits at a value."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Maps of states and motions of the normal form of a generalised Hopf point, and in what order they are made."""
+"""A map of states and motions of the normal form of a generalised Hopf point."""
 
 from __future__ import annotations
 

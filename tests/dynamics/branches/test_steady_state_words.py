@@ -1,4 +1,4 @@
-"""What steady states of machines and equations are called, why their branches end, and what is refused."""
+"""Phases and names of steady states of machines, and the ranges in which they are searched."""
 
 from __future__ import annotations
 

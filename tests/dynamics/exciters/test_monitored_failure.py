@@ -1,4 +1,4 @@
-"""When the speed of a failing machine is measured; and the choice of the value with the largest signal, and its cliff."""
+"""When the speed of a failing machine is measured, what its readings say, and the cliff beside the best signal."""
 
 from __future__ import annotations
 

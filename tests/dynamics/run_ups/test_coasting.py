@@ -1,4 +1,4 @@
-"""Rows, halving times and starts of a coast-down, by hand."""
+"""The steady vibration in which a coast-down starts, against its closed form."""
 
 from __future__ import annotations
 

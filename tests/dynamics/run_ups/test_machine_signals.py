@@ -1,4 +1,4 @@
-"""The turning points of a machine's signals, called with a machine and plain numbers, against the forced vibration by hand."""
+"""The turning points of a machine's signals against the forced vibration in closed form."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How densely a motion is stored, and the limits of one whose samples are too few."""
+"""How densely a motion is stored, its limits where samples are too few, and its course sample by sample."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""States of machines in operation: what dry friction holds, what schedules and releases have left, and states passed on."""
+"""What dry friction holds, the fastest stable working point, and what schedules have left."""
 
 from __future__ import annotations
 

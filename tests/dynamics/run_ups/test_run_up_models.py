@@ -1,4 +1,4 @@
-"""The averaged model of a run-up in either sense, what it leaves out of the start, and the signals that are compared."""
+"""The averaged model of a run-up in either sense, and the signals that are compared."""
 
 from __future__ import annotations
 

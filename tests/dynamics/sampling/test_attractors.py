@@ -1,4 +1,4 @@
-"""Attractors made by hand: how near a motion must come to itself, and which members stay on it."""
+"""How near a motion must come to itself to be an attractor, and which members stay on one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is observed of members, in the full equations and in the averaged ones."""
+"""What is observed of members, in the full equations and in the averaged ones, and when."""
 
 from __future__ import annotations
 

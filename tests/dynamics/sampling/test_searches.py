@@ -1,4 +1,4 @@
-"""What a search varies: keys of bodies, groups of them, single paths."""
+"""What a search varies, what it keeps, and where it looks next."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How fast a parameter is swept, where a ramp is steep, and the averages of a leg, by hand."""
+"""How fast a parameter is swept, where a ramp is steep, and when it was too fast."""
 
 from __future__ import annotations
 

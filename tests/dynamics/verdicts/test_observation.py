@@ -1,4 +1,4 @@
-"""Distances of the axis, shares of bodies in unbalances and mean angles, and the fastest speed, by hand."""
+"""Distances of the axis, what adds to the unbalance, works and phases as they are observed."""
 
 from __future__ import annotations
 
