@@ -126,6 +126,7 @@ def balance_of_two_ways() -> xr.Dataset:
     return run(TorqueBalance(), two_ways())
 
 
+@pytest.mark.slow
 def test_each_stable_configuration_is_reached_by_a_run_up() -> None:
     points, r, reached = stable_points(balance_of_two_ways()), np.random.default_rng(0), set[str]()
     assert len(points) == 2

@@ -92,6 +92,7 @@ def screen(**drives: Any) -> dict[str, Any]:
     return copy.deepcopy(tomllib.loads(table)["machine"]) | drives
 
 
+@pytest.mark.slow
 def test_an_exciter_without_a_motor_that_stays_at_rest() -> None:
     """Both turn with the motor of one where they do so already; from rest the other one stays."""
     alone = machine_from(screen(drives=screen()["drives"][:1]))
