@@ -105,7 +105,7 @@ def test_torques_of_the_whole_catalogue_are_those_of_python(tmp_path: Path) -> N
 def test_hills_are_there_where_the_study_has_its_balance() -> None:
     """And say why where they are not; the study's ``bodies = "held"`` has the phases of the start."""
     differing = {}
-    for name in machine_names():
+    for name in (*FAMILIES, "practice/laundry-drum-friction"):
         machine, _ = machine_at_start(name)
         try:
             TorqueBalance(bodies="held").prepare(machine)
@@ -164,18 +164,3 @@ def test_vibration_of_a_rotor_at_another_speed_is_left_out(tmp_path: Path) -> No
     vibration = np.array(answer["torques"]).reshape(-1, 3)[:, 2]
     assert vibration == pytest.approx(alone.torques(speeds)[0][2], rel=1e-10)
     assert np.abs(vibration - together).max() > 0.1 * np.abs(together).max()
-
-
-def test_a_schedule_moves_the_hill(tmp_path: Path) -> None:
-    """The characteristic is that of the voltage, frequency or speed at the time."""
-    machine, state = machine_at_start("practice/fan-on-inverter")
-    script = machine_script(machine, state)
-    job: Mapping[str, Any] = {"kind": "torques", "rotor": 0, "speeds": [1.0, 20.0]}
-    early, late = run_jobs(tmp_path, [(script, job | {"time": t}) for t in (0.5, machine.breakpoints[-1])])
-    for answer, time in ((early, 0.5), (late, machine.breakpoints[-1])):
-        at = machine.at(time)
-        reference = TorqueCurves(at, at.rotor, ForcedVibration.of(at, np.zeros(1)), (0.0, 30.0), 2).torques(
-            np.array([1.0, 20.0])
-        )[0]
-        assert pytest.approx(reference, rel=1e-12, abs=1e-15) == np.array(answer["torques"]).reshape(-1, 3).T
-    assert early["torques"] != late["torques"]

@@ -11,7 +11,6 @@ from tests.refusals import refused
 from wucht import load_machine
 from wucht.dynamics.balancers.candidates import least_residual, phases, with_bodies
 from wucht.dynamics.sampling.searches import balancer_names
-from wucht.machines.parts.track import TrackBody
 from wucht.machines.tracks import angular_width
 
 CENTRIFUGE = load_machine("practice/laboratory-centrifuge")
@@ -29,18 +28,6 @@ def test_more_and_fewer_bodies_are_like_the_first_one() -> None:
         }
     assert with_bodies(heavy, 4) is heavy
     assert with_bodies(with_bodies(heavy, 6), 4).values == heavy.values
-
-
-def test_on_a_track_the_others_stay_there() -> None:
-    made = with_bodies(GRINDER, 6)
-    assert [len(t.bodies) for t in made.tracks] == [6]
-
-
-def test_bodies_that_differ_have_no_number() -> None:
-    with refused("study.bodies", "b3", "b1", given=2, code="different-bodies"):
-        with_bodies(CENTRIFUGE.with_values({"b3.mass": 5e-3}), 2)
-    with refused("study.bodies", given=2, code="schedules"):
-        with_bodies(load_machine("practice/balls-at-resonance"), 2)
 
 
 def test_starts_on_a_track_never_overlap_and_are_everywhere() -> None:
@@ -79,13 +66,6 @@ def test_one_body_that_is_too_heavy_leaves_the_difference() -> None:
     assert least_residual(lone.with_values({"rotor.unbalance": 0.25 * moment})) == pytest.approx(0.75 * moment)
 
 
-def test_another_number_of_bodies_that_stand_at_random_stands_elsewhere():
-    """Their places are those of their own number: copies of one would lie in each other."""
-    made = with_bodies(load_machine("practice/fan-ball-ring"), 10)
-    assert len([b for b in made.bodies if b.about]) == 10
-    assert all(p.start is None for p in made.parts if isinstance(p, TrackBody))
-
-
 def test_unlike_bodies_of_a_track_start_apart_as_well() -> None:
     """Two small ones and two large ones, all centres at 26 mm: each gap is as wide as its own two neighbours."""
     radii = np.array([0.003, 0.003, 0.009, 0.009])
@@ -96,3 +76,10 @@ def test_unlike_bodies_of_a_track_start_apart_as_well() -> None:
     gaps = np.diff(at, axis=0, append=at[:1] + 2 * np.pi)
     assert (gaps.min(axis=1) >= touching - 1e-12).all()
     assert gaps.min(axis=1) == pytest.approx(touching, abs=0.05)
+
+
+def test_bodies_that_differ_have_no_number() -> None:
+    with refused("study.bodies", "b3", "b1", given=2, code="different-bodies"):
+        with_bodies(CENTRIFUGE.with_values({"b3.mass": 5e-3}), 2)
+    with refused("study.bodies", given=2, code="schedules"):
+        with_bodies(load_machine("practice/balls-at-resonance"), 2)

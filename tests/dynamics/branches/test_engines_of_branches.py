@@ -7,16 +7,12 @@ import pytest
 import sympy as sp
 
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase, follow_branches
-from wucht.dynamics.branches.orbit_diagram import OrbitCase, follow_orbits
 from wucht.dynamics.branches.state_map import StateMapCase, map_states
 from wucht.dynamics.work import Work
-from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.files.user_system import UserSystem
 from wucht.numerics.continuation.equilibria import BRANCH_POINT, FOLD
 from wucht.system import System
-
-TABLE = "drozdetskaya-2020/table-5.1"
 
 
 def test_folds_of_the_speed_of_a_rotor_on_a_carrier() -> None:
@@ -49,27 +45,17 @@ def test_a_branch_that_crosses_only_one_that_was_not_searched_either() -> None:
     assert crossings[0] == pytest.approx([2.5, 3.5]) and {2.6, 3.4} <= {round(v, 6) for v in crossings[1]}
 
 
-@pytest.mark.slow
-def test_the_modulated_motion_of_two_pendulums() -> None:
-    case = OrbitCase.of(load_machine(TABLE), "u", (2.9, 3.1), together=True, run_values=(3.0,), values=(3.0,))
-    *_, findings = follow_orbits(case, Work())
-    ((number, orbit),) = findings.orbits
-    assert (number, orbit.value) == (0, 3.0)
-    assert (orbit.period_phi, orbit.high) == pytest.approx((630.30303, 1.56264), rel=1e-5)
-
-
-@pytest.mark.slow
-def test_where_two_pairs_of_steady_states_vanish_at_once() -> None:
-    plane = (0.5, 10.0), (0.04, 0.16)
-    case = StateMapCase.of(
-        load_machine(TABLE), ("u", "sigma"), plane, 2, points=2, only=("together", "compensating"), inertia=False, orbits=False
-    )
+def test_curves_of_folds_that_cross() -> None:
+    """x' = -((x + 2)^2 - p - r) ((x - 2)^2 - p + r): folds at p = -r, x = -2, and at p = r, x = 2; both at once at (0, 0)."""
+    x, p, r = sp.symbols("x p r", real=True)
+    pairs = UserSystem(System((x,), (-((x + 2) ** 2 - p - r) * ((x - 2) ** 2 - p + r),), (p, r)), {"p": 0.5, "r": 0.1})
+    plane = (-0.6, 1.0), (-0.5, 0.7)
+    case = StateMapCase.of(pairs, ("p", "r"), plane, 2, points=2, ranges={"x": (-4.0, 4.0)}, orbits=False)
     *_, findings = map_states(case, Work())
     (crossing,) = findings.crossings
-    assert (crossing.x, crossing.y) == pytest.approx((3.6873885, 0.06728885), rel=1e-6)
-
-
-def test_an_end_of_the_range_that_a_part_does_not_allow_is_refused() -> None:
-    with pytest.raises(InputError) as refused:
-        BranchCase.of(load_machine(TABLE), "u", (-1.0, 2.0))
-    assert refused.value.location == "study.range[0]"
+    assert (crossing.x, crossing.y) == pytest.approx((0.0, 0.0), abs=1e-8)
+    for curve in findings.curves:
+        state, first, second = curve.unknowns
+        assert first == pytest.approx(np.where(state > 0, second, -second), abs=1e-8)
+        assert curve.bifurcation == FOLD and np.abs(state) == pytest.approx(np.full(len(state), 2.0), abs=1e-6)
+    assert len(findings.curves) == 2 and not findings.omissions

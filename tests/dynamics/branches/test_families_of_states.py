@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from wucht.analysis.configurations.closed_form import State
-from wucht.dynamics.branches import bifurcation_diagram, family_curve
+from wucht.dynamics.branches import family_curve
 from wucht.dynamics.branches.averaged_equilibria import AveragedEquilibria
 from wucht.dynamics.branches.bifurcation_diagram import BranchCase, BranchFindings, follow_branches
 from wucht.dynamics.branches.equilibrium_branches import EquilibriumBranch
 from wucht.dynamics.branches.family_curve import FamilyCurve
 from wucht.dynamics.work import Work
-from wucht.errors import RunError
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 
@@ -115,7 +112,6 @@ def test_at_a_value_the_family_is_recognised_by_speed_and_dimension() -> None:
     assert family.states_at(branch, 0.06) == []
 
 
-@pytest.mark.slow
 def test_it_ends_where_the_polygon_does_not_close() -> None:
     """Three times 0.01 kg m compensate 9 kg up to e = 1/300 m."""
     family, branch = family_of(*ECCENTRICITY)
@@ -124,31 +120,5 @@ def test_it_ends_where_the_polygon_does_not_close() -> None:
     assert branch.unknowns[3] == pytest.approx(
         np.full(len(branch.parameter_values), float(speed_at(np.array(0.01)))), rel=1e-12
     )
-    with pytest.raises(RunError, match="the unbalances do not compensate each other here"):
-        family._members(0.0034, 178.0)
-    assert family._closes(0.0033) and not family._closes(0.0034)
     # Beyond, no state is of its kind: neither at a value nor among those that are the same.
     assert family.states_at(branch, 0.005) == [] and not family.is_same_family(branch, State(178.2, np.zeros(4), 1), 0.005)
-
-
-def test_a_family_that_cannot_be_followed_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    def lost(*_: Any) -> None:
-        raise RunError("it does not turn")
-
-    monkeypatch.setattr(FamilyCurve, "follow_branch", lost)
-    case = diagram(*ECCENTRICITY)[0]
-    *_, last = follow_branches(replace(case, values=(0.002,)), Work())
-    assert last.branches == () and last.omissions == ("a state at drum.eccentricity = 0.002 is not followed: it does not turn",)
-
-
-def test_of_a_family_that_is_not_followed_nothing_is_known_at_a_value(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Else its members there, and of single states those on their branches."""
-    point: Any = SimpleNamespace(unknowns=np.array([1.0, 2.0]))
-    states: Any = SimpleNamespace(equilibria=SimpleNamespace(evaluate=lambda _: SimpleNamespace(eigenvalues=np.array([-1.0]))))
-    branches: Any = [SimpleNamespace(dimension=1), SimpleNamespace(dimension=0)]
-    members = [(np.array([3.0, 2.0]), np.array([-2.0]), 0.25)]
-    family: Any = SimpleNamespace(states_at=lambda branch, value: members if (branch, value) == (branches[0], 2.0) else 1 / 0)
-    monkeypatch.setattr(bifurcation_diagram, "points_with_value", lambda *_: [point])
-    for known, expected in ((None, [(1, None)]), (family, [(0, 0.25), (1, None)])):
-        found = bifurcation_diagram._nominal(states, known, branches, 2.0)
-        assert [(state.branch, state.share) for state in found] == expected

@@ -16,7 +16,7 @@ from wucht.dynamics.branches.ending_map_case import EndingMapCase
 from wucht.dynamics.branches.labelled_maps import LabelledMap, map_of_endings, map_of_states
 from wucht.dynamics.branches.modulated_motion import ReachedMotions
 from wucht.dynamics.branches.orbit_endings import OrbitEnd, OrbitEnding
-from wucht.dynamics.branches.plane_regions import COINCIDE, DOUBLE, PlaneCurve, PlanePoint
+from wucht.dynamics.branches.plane_regions import PlaneCurve
 from wucht.dynamics.branches.second_parameter import BifurcationCurve
 from wucht.dynamics.branches.state_map import StateFindings, StateMapCase
 from wucht.dynamics.branches.state_rows import ExaminedPlace, OrbitRow
@@ -66,19 +66,7 @@ def fold(x: float = 0.0, **other: Any) -> BifurcationCurve:
     return replace(made, **other)
 
 
-def across(r: float) -> BifurcationCurve:
-    unknowns = np.stack([np.zeros(41), np.linspace(-2.0, 2.0, 41), np.full(41, r)])
-    return fold(unknowns=unknowns, bifurcation="hopf", kinds=("",) * 20 + ("zero-hopf",) + ("",) * 20)
-
-
 # --- places ---
-
-
-def test_places_have_the_names_that_are_not_stable_everywhere() -> None:
-    made = states(rows=rows(("a", "b"), ("a",), ("a",), ("a", "c", "b")))
-    assert labels(made) == ["b", "no other steady state", "no other steady state", "b, c"]
-    assert made.everywhere == ("a",)
-    assert [(place.x, place.y) for place in made.places] == [(-1, 0), (1, 0), (-1, 2), (1, 2)]
 
 
 def test_runs_tell_of_motions_that_no_branch_has() -> None:
@@ -101,17 +89,6 @@ def test_modulated_motions_of_the_rows() -> None:
     assert labels(made) == ["periodic orbit stable", none, none, "periodic orbit stable"]
     assert labels(states(orbits=some[:2]))[3] == "periodic orbit unstable"
     assert not made.lines
-
-
-def test_an_extra_place_has_a_row_of_its_own() -> None:
-    extra = (*rows(("a",), ("a",), ("a",), ("a",)), (ExaminedPlace(0.25, 1.5, ("a", "b")),))
-    place = states(rows=extra, extra=((0.25, 1.5),)).places[4]
-    assert (place.label, place.x, place.y) == ("b", 0.25, 1.5)
-
-
-def test_places_that_say_otherwise_than_their_region() -> None:
-    made = states(rows=rows(("a", "b"), ("a", "b"), ("a", "b"), ("a",)))
-    assert [(place.x, place.y, place.label) for place in made.contradictions] == [(1.0, 2.0, "no other steady state")]
 
 
 # --- parts of folds on which modulated motions end ---
@@ -143,19 +120,6 @@ def test_the_part_of_a_fold_that_lies_on_a_modulated_motion(kind: str, value: fl
     assert on_folds(both) == [(p, low, 3.0) for p, low, _ in expected]
 
 
-def test_that_part_begins_at_a_crossing_of_folds_below_it() -> None:
-    given: dict[str, Any] = {"curves": (fold(),), "orbits": (orbits(2.0, SADDLE_NODE_ON_ORBIT, 0.0, 2.0),)}
-    assert on_folds(states(**given)) == [(0.0, 1.0, 3.0)]
-    crossings = tuple(PlanePoint(COINCIDE, 0.0, y) for y in (0.5, 1.5, 2.5))
-    made = states(**given, crossings=crossings)
-    assert on_folds(made) == [(0.0, 1.5, 3.0)] and made.marks == crossings
-
-
-def test_hopf_curves_and_other_folds_are_no_such_parts() -> None:
-    at_zero = (orbits(2.0, SADDLE_NODE_ON_ORBIT, 0.0, 2.0),)
-    assert on_folds(states(curves=(fold(bifurcation="hopf"), fold(1.0)), orbits=at_zero)) == []
-
-
 # --- regions ---
 
 
@@ -172,39 +136,6 @@ def test_the_regions_of_a_map_of_states() -> None:
     assert [moved.tones[moved.areas.region_at(p, 0.0)] for p in (-1.5, 1.5)] == [1, 0]
 
 
-def test_the_innermost_point_of_a_region_is_far_from_its_edges() -> None:
-    """A fold at p = 1 over all r: left of it three units wide and four high, 1.5 from each edge."""
-    areas = states(rows=HALF, curves=(fold(1.0),)).areas
-    x, y = np.array([areas.innermost_point(k) for k in range(areas.count)]).T
-    assert x == pytest.approx([-0.5, 1.5], abs=0.02)
-    assert (np.minimum(y + 1.0, 3.0 - y) > [1.45, 0.45]).all()
-
-
-def test_shares_of_a_label_are_those_of_all_its_regions() -> None:
-    """Two regions of one name, above and below an island of another: an eighth of the plane each side of it."""
-    three = rows(("a", "b"), ("a", "b"), ("a",), ("a",))
-    made = states(rows=three, curves=(across(1.0), fold(0.0)))
-    assert len(made.labels) == 4 and len(made.shares) == 2
-    assert [of_plane for of_plane, _ in made.shares.values()] == pytest.approx([0.5, 0.5], abs=0.01)
-
-
-def test_sets_of_states_have_hatches_of_their_number() -> None:
-    three = rows(("a", "c"), ("a", "b"), ("a", "c"), ("a",))
-    made = states(rows=three, curves=(fold(0.0), across(1.0)))
-    assert [made.hatches[made.areas.region_at(p, r)] for p, r in ((1, 0), (-1, 0), (-1, 2), (1, 2))] == [1, 2, 2, 0]
-
-
-def test_curves_have_names_of_their_kinds_and_marks_at_their_second_conditions() -> None:
-    """Of the coordinates of a curve's points the last two are p and r."""
-    named = fold(0.5, kind=Kind("together"))
-    made = states(curves=(named, across(1.0), fold(-0.5, kind=Kind("together"))))
-    assert list(made.lines) == ["fold: together", "hopf: steady states", "fold: together (2)"]
-    ends = [[float(v[i]) for v in (line.x, line.y) for i in (0, -1)] for line in made.lines.values()]
-    assert ends == [[0.5, 0.5, -1.0, 3.0], [-2.0, 2.0, 1.0, 1.0], [-0.5, -0.5, -1.0, 3.0]]
-    (point,) = made.marks
-    assert (point.kind, point.x, point.y) == ("zero-hopf", 0.0, 1.0)
-
-
 # --- how modulated motions end ---
 
 PLANE: Any = ("s", "p", "r"), ((0.0, 1.0), (-2.0, 2.0), (-1.0, 3.0))
@@ -218,32 +149,6 @@ def endings(kinds: tuple[str, ...], *curves: PlaneCurve, **other: Any) -> Labell
     places = tuple(OrbitEnding(x, y, 0.25, OrbitEnd(kind, 0.75, "")) for (x, y), kind in zip(at, kinds, strict=True))
     findings = EndingFindings(**{"places": places, "curves": curves, "complete": True} | other)
     return map_of_endings(EndingMapCase(*PLANE, NONE, 2, Labels("state x", "", "x", of_equations=True)), findings)
-
-
-def test_how_modulated_motions_end() -> None:
-    point = PlanePoint(DOUBLE, 0.123456789, 1.5, 0.375)
-    made = endings(SIDES, LINE, points=(point,))
-    assert made.marks == (point,) and made.omissions == () and made.contradictions == ()
-    assert {label: of_plane for label, (of_plane, _) in made.shares.items()} == {
-        "ends at a saddle-node on the orbit": pytest.approx(0.5, abs=0.01),
-        "ends at a saddle connection": pytest.approx(0.5, abs=0.01),
-    }
-    ((name, line),) = made.lines.items()
-    assert name == "saddle-node on the orbit | saddle connection" and line.value.tolist() == LINE.value.tolist()
-    assert {(place.begins, place.ends) for place in made.places} == {(0.25, 0.75)}
-
-
-def test_a_curve_with_the_same_on_both_sides_is_no_boundary() -> None:
-    made = endings((RANGE,) * 4, LINE)
-    assert not made.lines and set(made.shares) == {"lasts to the end of the range"}
-
-
-def test_the_regions_of_a_map_of_endings_have_tones_of_their_endings() -> None:
-    """Left of p = 0 a saddle-node, right of it a saddle connection, which alone is hatched."""
-    made = endings(SIDES, LINE)
-    left, right = (made.areas.region_at(p, 1.0) for p in (-1.0, 1.0))
-    assert [made.tones[k] for k in (left, right)] == [2, 1] and [made.hatches[k] for k in (left, right)] == [0, 1]
-    assert [made.labels[k] for k in (left, right)] == ["ends at a saddle-node on the orbit", "ends at a saddle connection"]
 
 
 def test_a_curve_is_a_boundary_where_most_of_it_has_different_sides() -> None:

@@ -1,8 +1,9 @@
-"""Steady states over a plane, where stable ones are lost, runs from several starts, and rows of motions."""
+"""Where stable states are lost, and rows of motions that end at a saddle connection."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
 from typing import Any
@@ -13,21 +14,17 @@ import sympy as sp
 
 import wucht
 from known_connections import LEAF
-from wucht.dynamics.branches import modulated_motion, orbit_endings, state_rows
-from wucht.dynamics.branches.first_orbits import SeedOrbit, orbit_near
+from wucht.dynamics.branches.first_orbits import orbit_near
 from wucht.dynamics.branches.modulated_motion import (
     ModulatedMotion,
-    is_same_orbit,
     lost_states,
     nearest_fold,
-    reached_motions,
 )
 from wucht.dynamics.branches.orbit_endings import orbit_beyond_loss
 from wucht.dynamics.branches.second_parameter import SecondParameter
 from wucht.dynamics.branches.state_rows import OrbitRow, RowCase, connection_curve, transverse_exponent
 from wucht.dynamics.branches.steady_states import SystemEquilibria
 from wucht.errors import RunError
-from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.periodic.branch_ends import SADDLE_CONNECTION
 from wucht.system import System
 
@@ -52,52 +49,17 @@ def cubic() -> ModulatedMotion:
     return motion_of(CUBIC, {"p": 0.0, "q": 1.0}, "p", {"x": (-2.0, 2.0), "y": (-1.0, 1.0)})
 
 
-def test_stable_states_that_meet_unstable_ones_are_lost() -> None:
-    """First that which is lost as p grows: the lower one at x = -1/sqrt 3; from above the upper one. y decays with -8."""
-    (up, grows), (down, falls) = lost_states(cubic().steady_branches())
-    assert (up.parameter, grows, down.parameter, falls) == (pytest.approx(FOLD), 1, pytest.approx(-FOLD), -1)
-    assert up.x == pytest.approx([-(3**-0.5), 0.0], abs=1e-6) and down.x == pytest.approx([3**-0.5, 0.0], abs=1e-6)
-    assert up.kind == down.kind == "fold"
-
-
-def test_of_two_unstable_states_none_is_lost() -> None:
-    system = System((X, Y), (P + Q * X - X**3, 8 * Y), (P, Q))
-    motion = motion_of(system, {"p": 0.0, "q": 1.0}, "p", {"x": (-2.0, 2.0), "y": (-1.0, 1.0)})
-    steady = motion.steady_branches()
-    assert [p.kind for b in steady for p in b.special] == ["fold", "fold"] and lost_states(steady) == []
-
-
 @pytest.mark.parametrize(("sign", "way"), [(1, 1), (-1, -1)])
-def test_a_stable_state_that_begins_to_vibrate_is_lost(sign: int, way: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """At p = 0, with +-2 i; a run begins 1e-3 of the sizes beside it."""
+def test_a_stable_state_that_begins_to_vibrate_is_lost(sign: int, way: int) -> None:
+    """At p = 0, with +-2 i; beyond it a run comes to the circle r^2 = p, which turns at 2 rad a unit of time."""
     growth = sign * P - X**2 - Y**2
     system = System((X, Y), (growth * X - 2 * Y, 2 * X + growth * Y), (P,))
     motion = motion_of(system, {"p": 0.0}, "p", {"x": (-2.0, 2.0), "y": (-1.0, 1.0)})
     ((lost, found_way),) = lost_states(motion.steady_branches())
     assert (lost.kind, lost.parameter, found_way) == ("hopf", pytest.approx(0.0, abs=1e-9), way)
-    begun = list[tuple[np.ndarray, float]]()
-
-    def near(_: Any, __: float, start: np.ndarray, ___: Any, span: Any) -> Any:
-        begun.append((start, span(start)))
-        return SimpleNamespace(orbit=None, sentence="")
-
-    monkeypatch.setattr(orbit_endings, "orbit_near", near)
-    assert orbit_beyond_loss(motion, lost, way, [], lambda: None) is None
-    for start, span in begun:
-        assert start == pytest.approx([4e-3, 2e-3], abs=1e-9) and span == pytest.approx(25.0)
-    assert len(begun) == 2
-
-
-def test_a_wide_range_is_searched_in_decades(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Shares of it else."""
-    searched = list[list[float]]()
-    monkeypatch.setattr(modulated_motion, "disconnected_branches", lambda _, values, __: searched.append(list(values)))
-    for bounds in ((1.0, 100.0), (1.0, 10.0), (-1.0, 100.0)):
-        replace(cubic(), subject=replace(cubic().subject, bounds=bounds)).steady_branches()
-    wide, narrow, across = searched
-    assert wide == pytest.approx([100**s for s in (0.001, 0.1, 0.3, 0.6, 0.999)])
-    assert narrow == pytest.approx([1 + 9 * s for s in (0.001, 0.1, 0.3, 0.6, 0.999)])
-    assert across[2] == pytest.approx(-1 + 101 * 0.3)
+    orbit = orbit_beyond_loss(motion, lost, way, [], lambda: None)
+    assert orbit is not None and orbit.period == pytest.approx(math.pi, rel=1e-6)
+    assert np.hypot(*orbit.states.T) == pytest.approx(np.full(len(orbit.states), abs(orbit.value) ** 0.5), rel=1e-4)
 
 
 def test_the_nearest_fold_of_a_branch() -> None:
@@ -109,76 +71,6 @@ def test_the_nearest_fold_of_a_branch() -> None:
     assert nearest_fold(cubic(), np.array([1.2, 0.0]), 0.5).parameter == pytest.approx(FOLD)
     with pytest.raises(RunError, match="the saddle has no fold over p"):
         nearest_fold(cubic().with_values({"q": -1.0}), np.array([0.0, 0.0]), 0.0)
-
-
-def test_sizes_and_limits_of_states() -> None:
-    """Angles by a radian; others by their ranges, followed for 0.3 of them beyond."""
-    system = System((THETA, X), (P - sp.sin(THETA), -X), (P,), angles=frozenset({THETA}))
-    motion = motion_of(system, {"p": 0.5}, "p", {"x": (-1.0, 3.0)}, (0.0, 2.0))
-    assert motion.box.tolist() == [[0.0, -1.0], [2 * np.pi, 3.0]]
-    assert motion.sizes({"p": 5.0}) == {"theta": 1.0, "x": 4.0, "p": 5.0}
-    equilibria = motion.equilibria
-    assert {k: pytest.approx(v) for k, v in equilibria.limits.items()} == {1: (-2.2, 4.2)}
-    assert equilibria.equations.scale.tolist() == [1.0, 4.0, 2.0] and equilibria.bounds == (0.0, 2.0)
-    assert motion.lift("an orbit") == "an orbit"  # type: ignore[arg-type, comparison-overlap]
-
-
-SEED = SeedOrbit(
-    Mesh(np.array([0.0, 1.0]), 1), np.array([[1.0, 5.0], [2.0, 6.0]]), 4.0, 0.3, np.array([1, 0]), np.array([1.0, 10.0, 7.0]),
-    np.empty(0), "", 40.0,
-)  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Part:
-    embedding: np.ndarray
-    turning: np.ndarray
-    path: str = "p"
-    values: Any = None
-
-
-def test_an_orbit_of_bodies_that_keep_together_as_one_of_all_equations() -> None:
-    """Two angles and a speed of one angle and a speed: theta, -theta, w."""
-    e = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]])
-    whole: Any = Part(np.eye(3), np.array([True, True, False]), values={"a": 1.0})
-    subject: Any = Part(e, np.array([True, False]), values={"a": 1.0, "b": 2.0})
-    motion = ModulatedMotion(subject, whole, np.array([[0.0, 3.0], [2 * np.pi, 9.0]]))
-    lifted = motion.lift(SEED)
-    assert lifted.states.tolist() == [[1.0, -1.0, 5.0], [2.0, -2.0, 6.0]] and lifted.winding.tolist() == [1, -1, 0]
-    assert lifted.scale.tolist() == [1.0, 1.0, 10.0, 7.0] and lifted.winding.dtype == int
-    starts = motion.starts(5)
-    assert starts.shape == (5, 3)
-    low, high = starts.min(axis=0), starts.max(axis=0)
-    assert (low >= [0, 0, 3]).all() and (high <= [2 * np.pi, 2 * np.pi, 9]).all() and (high[:2] > 4).all() and high[2] > 6
-    assert starts[0] == pytest.approx([np.pi, 2 * np.pi / 3, 3 + 6 / 5])  # Halton's points in bases 2, 3, 5
-    there = motion.with_values({"b": 3.0})
-    assert there.subject.values == there.whole.values == {"a": 1.0, "b": 3.0}
-    assert motion.is_partial and (there.subject.path, there.whole.path) == ("p", "p")
-
-
-def test_two_orbits_are_one_where_winding_and_period_agree() -> None:
-    assert is_same_orbit(SEED, replace(SEED, period=4.003)) and not is_same_orbit(SEED, replace(SEED, period=4.01))
-    assert not is_same_orbit(SEED, replace(SEED, winding=np.array([1, 1])))
-
-
-def test_what_runs_from_several_starts_come_to(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The start that is given, 1e-3 of the spread beside itself, then five others; each orbit once."""
-    tried, come = list[Any](), iter(["rest", SEED, None, replace(SEED, period=4.001), replace(SEED, period=9.0), "rest"] * 2)
-
-    def near(subject: Any, value: float, start: np.ndarray, watch: Any) -> Any:
-        tried.append((value, start))
-        to = next(come)
-        return SimpleNamespace(is_steady=to == "rest", orbit=to if isinstance(to, SeedOrbit) else None)
-
-    motion = motion_of(CUBIC, {"p": 0.0, "q": 1.0}, "p", {"x": (-2.0, 2.0), "y": (-1.0, 1.0)}, x=0.5)
-    monkeypatch.setattr(modulated_motion, "orbit_near", near)
-    first, second = reached_motions(motion, [0.2, 0.4], 7.0, lambda: None)
-    assert (first.x, first.y, first.runs, first.steady, first.unsettled_runs) == (0.2, 7.0, 6, 2, 1)
-    assert [o.period for o in first.orbits] == [4.0, 9.0] and second.x == 0.4
-    assert [v for v, _ in tried] == [0.2] * 6 + [0.4] * 6
-    spread = motion.starts(5)
-    np.testing.assert_allclose([s for _, s in tried[1:6]], spread)
-    np.testing.assert_allclose(tried[0][1], [0.5, 0.0] + 1e-3 * np.ptp(spread, axis=0))
 
 
 # The leaf: its stable orbits within, at mu < 0, become a saddle connection at mu = 0, for each a.
@@ -217,77 +109,6 @@ def test_the_curve_of_saddle_connections_through_it() -> None:
     nowhere = replace(row.sides[1], equilibrium=np.array([2 / 3, 0.0]))
     with pytest.raises(RunError):
         connection_curve(motion, SecondParameter("a", (-1.4, -0.6), -1.0), row, nowhere)
-
-
-def test_a_neighbouring_row_is_begun_with_the_middle_of_this_one() -> None:
-    """Followed from a = -1 to -1.1 at the same mu; not beyond where there is none, and at the same value it is the same."""
-    motion, row = leaf_row()
-    there = RowCase(motion.with_values({"a": -1.1}), "a", -1.1, lambda: None)
-    seed = there.seed_from_neighbour(row)
-    assert seed is not None and seed.value == row.middle.value and seed.longest == row.middle.longest
-    assert seed.period != pytest.approx(row.middle.period, rel=1e-3) and seed.scale is row.middle.scale
-    run = orbit_near(motion.with_values({"a": -1.1}).subject, seed.value, np.array([0.6, 0.2]), lambda: None, lambda _: 20.0)
-    assert run.orbit is not None and seed.period == pytest.approx(run.orbit.period, rel=1e-6)
-    same = RowCase(motion, "a", -1.0, lambda: None)
-    assert (
-        same.seed_from_neighbour(row) is row.middle
-        and same.seed_from_neighbour("none") is None
-        and same.seed_from_neighbour(None) is None
-    )
-    gone = RowCase(motion.with_values({"a": 1.0}), "a", 1.0, lambda: None)
-    assert gone.seed_from_neighbour(row) is None
-
-
-def row_case(monkeypatch: pytest.MonkeyPatch, carried: Any, born: dict[float, Any]) -> tuple[RowCase, list[Any]]:
-    """A row whose folds are at -2 (outside), 0.2, 0.4; what is born beyond them; what branches are asked for."""
-    asked = list[Any]()
-
-    def born_at(_m: Any, lost: Any, _way: int, sentences: list[str], _w: Any) -> Any:
-        sentences.append(f"nothing at {lost.parameter}")
-        return born[lost.parameter]
-
-    def through(_: Any, seed: Any) -> Any:
-        asked.append(seed)
-        return "none" if str(seed).startswith("bad") else leaf_row()[1]
-
-    monkeypatch.setattr(RowCase, "seed_from_neighbour", lambda *_: carried)
-    monkeypatch.setattr(RowCase, "row_through", through)
-    monkeypatch.setattr(state_rows, "lost_states", lambda _: [(SimpleNamespace(parameter=p), 1) for p in (-2.0, 0.2, 0.4)])
-    monkeypatch.setattr(state_rows, "orbit_beyond_loss", born_at)
-    motion: Any = SimpleNamespace(steady_branches=lambda: (), subject=SimpleNamespace(bounds=(-1.0, 1.0)))
-    return RowCase(motion, "s", 7.0, lambda: None), asked
-
-
-def test_a_row_begins_with_its_neighbour_or_where_a_state_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
-    case, asked = row_case(monkeypatch, "carried", {})
-    assert isinstance(case.row(None), OrbitRow) and asked == ["carried"]
-    case, asked = row_case(monkeypatch, None, {0.2: None, 0.4: "born"})
-    assert isinstance(case.row(None), OrbitRow) and asked == ["born"]
-    case, asked = row_case(monkeypatch, None, {0.2: "first", 0.4: "second"})
-    assert isinstance(case.row(None), OrbitRow) and asked == ["first"]
-    case, asked = row_case(monkeypatch, None, {0.2: None, 0.4: None})
-    assert case.row(None) == "nothing at 0.2; nothing at 0.4" and asked == []
-    monkeypatch.setattr(state_rows, "lost_states", lambda _: [])
-    assert case.row(None) == "no stable steady state is lost there"
-
-
-def test_a_further_row_is_tried_from_its_neighbour_and_then_from_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    given: Any = ("bad 2", "good", "not tried")
-    case, asked = row_case(monkeypatch, "bad 1", {})
-    assert isinstance(case.further_row(None, given), OrbitRow) and asked == ["bad 1", "bad 2", "good"]
-    case, asked = row_case(monkeypatch, None, {})
-    assert isinstance(case.further_row(None, given[:1]), str) and asked == ["bad 2"]
-    made = case.further_row(None, ())
-    assert made == "the neighbouring motion cannot be followed to this value"
-
-
-def test_a_branch_that_cannot_be_followed_is_no_row(monkeypatch: pytest.MonkeyPatch) -> None:
-    def lost(*_: Any) -> None:
-        raise RunError("lost on its way")
-
-    monkeypatch.setattr(state_rows, "branch_to_end", lost)
-    case = RowCase(leaf_row()[0], "a", 3.0, lambda: None)
-    assert case.row_through(SEED) == "lost on its way"
 
 
 def test_the_exponent_of_the_direction_that_leads_out_of_a_section() -> None:

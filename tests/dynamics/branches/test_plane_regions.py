@@ -7,7 +7,6 @@ import pytest
 
 from wucht.dynamics.branches.plane_regions import (
     NOT_DECIDED,
-    PlaneCurve,
     PlaneRegions,
     cell_centres,
     cell_size,
@@ -17,7 +16,6 @@ from wucht.dynamics.branches.plane_regions import (
     sides_of,
     widest_difference,
 )
-from wucht.dynamics.branches.second_parameter import crossing_pieces
 
 
 def test_regions_of_a_circle_and_a_line() -> None:
@@ -35,50 +33,10 @@ def test_regions_of_a_circle_and_a_line() -> None:
     assert {frozenset(s) for s in sides} == {frozenset(("in", "out"))}
 
 
-def test_pieces_of_two_lines_that_cross() -> None:
-    a, b = np.array([[0.0, 1.0, 2.0], [0.0, 1.0, 2.0]]), np.array([[0.0, 2.0], [1.5, 1.4]])
-    assert crossing_pieces(a, b) == [(1, 0)]
-
-
-def test_the_centres_of_cells() -> None:
-    assert cell_centres((1.0, 3.0), 4).tolist() == [1.25, 1.75, 2.25, 2.75]
-    assert cell_centres((-1.0, 1.0), 1).tolist() == [0.0]
-
-
-SLOPING = PlaneCurve("fold", np.array([0.0, 2.0, 4.0]), np.array([0.0, 1.0, 2.0]))
-
-
-def test_a_curve_passes_a_place_within_a_distance_along_x() -> None:
-    """The line x = 2 y: at y = 0.5 it is at x = 1."""
-    assert SLOPING.passes(1.09, 0.5, 0.1) and SLOPING.passes(0.91, 0.5, 0.1) and SLOPING.passes(4.0, 2.0, 0.1)
-    assert not SLOPING.passes(1.11, 0.5, 0.1) and not SLOPING.passes(0.89, 0.5, 0.1)
-    assert not SLOPING.passes(4.0, 2.1, 10.0) and not SLOPING.passes(1.0, 0.25, 0.1)
-
-
-def test_a_curve_ends_before_a_place_near_one_of_its_ends() -> None:
-    """Near in both parameters, and not reached; a place nearest to a point within the curve is not beyond an end."""
-    near = (0.3, 0.2)
-    assert SLOPING.ends_before(4.2, 2.1, near) and SLOPING.ends_before(0.2, -0.1, near)
-    assert not SLOPING.ends_before(4.4, 2.1, near) and not SLOPING.ends_before(4.2, 2.25, near)
-    assert not SLOPING.ends_before(4.0, 2.0, near) and not SLOPING.ends_before(2.1, 1.1, near)
-    assert not SLOPING.ends_before(0.2, 2.1, near)
-
-
 def columns() -> PlaneRegions:
     """Twenty columns over 0 to 20, ten rows over 0 to 5: region 1 from x = 12 on, else region 0."""
     x, y = np.arange(20) + 0.5, (np.arange(10) + 0.5) / 2
     return PlaneRegions(np.tile((x > 12).astype(int), (10, 1)), x, y)
-
-
-def test_a_place_near_the_edge_of_a_region_and_its_innermost_point() -> None:
-    """Four pixels are near; the place farthest from the edge of the wide region lies in its middle."""
-    found = columns()
-    assert found.count == 2 and found.region_at(11.9, 0.1) == 0 and found.region_at(12.1, 4.9) == 1
-    assert [found.is_near_edge(x, 2.0) for x in (7.5, 8.5, 11.5, 12.5, 15.5, 16.5)] == [False, True, True, True, True, False]
-    rows = PlaneRegions(found.index.T, found.y, found.x)
-    assert [rows.is_near_edge(2.0, y) for y in (7.5, 8.5, 15.5, 16.5)] == [False, True, True, False]
-    x, y = found.innermost_point(1)
-    assert 15.0 < x < 18.0 and 1.5 < y < 3.5
 
 
 def test_the_kinds_left_and_right_of_a_curve() -> None:
@@ -140,10 +98,3 @@ def test_what_no_curve_separates_is_divided_by_places_and_not_decided_between_th
     assert 0.2 / 3 < shares[0][NOT_DECIDED] < 0.2 / 2, "a third of a cell, more between the rows"
     assert shares[1][NOT_DECIDED] < 0.75 * shares[0][NOT_DECIDED]
     assert known < len(places) <= known + 4 * cells
-
-
-def test_nothing_is_divided_where_places_agree() -> None:
-    places = [(3.0, 1.0, "a"), (6.0, 3.0, "a"), (12.0, 1.0, "b"), (18.0, 3.0, "b")]
-    regions, kinds = divided_by_places(columns(), ["a", "b"], places, (1.0, 1.0))
-    assert kinds == ["a", "b"] and (regions.index == columns().index).all()
-    assert widest_difference(columns(), places, (1.0, 1.0)) is None

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
 from typing import Literal
 
 import numpy as np
 import pytest
 
-from wucht.dynamics.exciters import slow_beats
 from wucht.dynamics.exciters.design_trials import DesignTrials, spectrum_distances
 from wucht.dynamics.exciters.slow_beats import Beat, beat_of
 from wucht.dynamics.run_ups.horizon import RunSettings
@@ -70,13 +68,6 @@ def test_the_full_equations_are_near(beat: Beat) -> None:
     cycles, time = counted("displacement", beat, "full")
     assert amplitude_distance(cycles, beat.cycles) < 0.02
     assert cycles.total / time == pytest.approx(beat.cycles.total / beat.period, rel=0.05)
-
-
-def test_a_run_that_breaks_off_is_no_beat(monkeypatch: pytest.MonkeyPatch) -> None:
-    broken = SimpleNamespace(reraise_interrupt=lambda: SimpleNamespace(failure="it burst"))
-    monkeypatch.setattr(slow_beats, "integrate", lambda *arguments: broken)
-    beat = found_beat()
-    assert (beat.motion, beat.begin, beat.reason) == ("failed", 0.0, "it burst")
 
 
 def test_without_a_beat_it_says_what_is() -> None:

@@ -79,7 +79,7 @@ def ends_of(outcomes: StartOutcomes) -> np.ndarray:
 
 
 @pytest.mark.parametrize("cells", [5, 6])
-@pytest.mark.parametrize("dimensions", [1, 2, 3])
+@pytest.mark.parametrize("dimensions", [1, 2])
 def test_wells_of_equal_shape_have_equal_shares(dimensions: int, cells: int) -> None:
     """x_i' = x_i - x_i^3: the signs of the start are those of the end. Of 6 cells from -2 to 2 two centres lie on the
     equilibria -1 and 1 themselves, of 5 one on 0, between the wells: there the motion ends in a saddle, exactly.
@@ -124,7 +124,7 @@ GAUSSIANS = {
 PULLS = {c: f"-0.1*{c} - " + " - ".join(f"e{k}*({c} - {p}{k})" for k in range(4)) for c, p in (("x", "p"), ("y", "q"))}
 
 
-@pytest.mark.parametrize("seed", [*range(3), *(pytest.param(k, marks=pytest.mark.slow) for k in range(3, 20))])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in range(1, 20))])
 def test_random_gradient_systems_end_where_an_integration_ends(seed: int) -> None:
     """(x, y)' = -grad V with V = (x^2 + y^2)/20 less four Gaussians at random; against SciPy's DOP853 at 1e-10."""
     random = np.random.default_rng(seed)

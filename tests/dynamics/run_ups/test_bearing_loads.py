@@ -11,8 +11,6 @@ import pytest
 from wucht import Machine, parts
 from wucht.dynamics.run_ups.bearing_loads import (
     BearingLife,
-    BearingLoad,
-    has_bearing_forces,
     heavy_load_warnings,
     lives_at_end,
     lives_of,
@@ -22,9 +20,7 @@ from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.machine_signals import rotor_signal
 from wucht.dynamics.run_ups.observed_loads import load_histories
 from wucht.dynamics.run_ups.run_up import RunUpCase, run_to_end
-from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.work import Work
-from wucht.files.building import machine_from
 
 UNBALANCE, MASS, SPEED, GRAVITY = 0.02, 3.0, 50.0, 9.81
 
@@ -90,62 +86,7 @@ def test_a_speed_of_two_levels() -> None:
     assert life.hours == pytest.approx((1000.0 / life.load) ** 3 * 1e6 / (300.0 / (2 * math.pi) / 5.0) / 3600, rel=2e-4)
 
 
-def test_the_peak_is_that_of_the_whole_run() -> None:
-    """80 rad/s at first, 40 rad/s at the end."""
-    points = [[0.0, 80.0], [0.5, 80.0], [1.0, 40.0], [2.0, 40.0]]
-    drum = parts.Rotor(name="drum", mass=MASS, unbalance=UNBALANCE, inertia=0.1)
-    carrier, schedule = parts.Carrier(mass=1.0, directions="fixed"), {"parameter": "drive.speed", "points": points}
-    machine = Machine(carrier, [drum], [parts.ConstantSpeed(speed=80.0)], schedules=[schedule])
-    motion = run_to_end(machine, {}, RunSettings(until=2.0)).machine_motion
-    load = loads_at_end(machine, motion, (1.2, 2.0))["drum"]
-    assert load.largest == pytest.approx(UNBALANCE * 40.0**2, rel=1e-3)
-    assert load.peak == pytest.approx(UNBALANCE * 80.0**2, rel=0.02)  # with what it takes to slow down
-
-
-def test_a_run_up_and_a_load_history_give_one_life() -> None:
-    """Of a motor-driven drum with a ball, soft in y: from stored samples of the last window, and from dense ones."""
-    rotor = {
-        "kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 1e-2, "inertia": 1.5e-2, "bearing": {"C": 2e3, "p": "10/3"},
-    }  # fmt: skip
-    ball = {"kind": "pendulum", "name": "ball", "about": "drum", "mass": 0.1, "length": 0.05, "damping": 0.02}
-    motor = {"kind": "linear", "slope": 0.5, "no_load_speed": 60.0}
-    carrier = {"directions": "xy", "mass": 5.0, "stiffness": [1e4, 5e4], "damping": 80.0, "gravity": 9.81}
-    machine = machine_from({"carrier": carrier, "bodies": [rotor, ball], "drive": motor})
-    settings = RunSettings(until=30.0)
-    motion = run_to_end(machine, {"ball": 1.0}, settings)
-    begin, end = motion.verdict.window
-    life = lives_at_end(machine, motion.machine_motion, (begin, end))["drum"]
-    case = RunUpCase.of(machine, {"ball": 1.0}, settings)
-    signal = rotor_signal(machine, "drum", "y")
-    *_, last = load_histories(case, signal, Work(), bearings_from=begin)
-    dense = lives_of(machine, last.duties)["drum"]
-    assert dense.load == pytest.approx(life.load, rel=2e-4) and dense.hours == pytest.approx(life.hours, rel=1e-3)
-    assert (signal.name, signal.unit) == ("bearing force of drum in y", "N")
-    *_, without = load_histories(case, signal, Work())
-    assert without.duties == {}
-
-
 def test_what_iso_281_does_not_cover() -> None:
     lives = {"a": BearingLife(501.0, 10.0, 1000.0), "b": BearingLife(500.0, 10.0, 1000.0), "c": BearingLife(None, None, 1.0)}
     (warning,) = heavy_load_warnings(lives)
     assert "'a', 501 N, is more than half of its rating C = 1000 N" in warning
-
-
-def test_machines_without_forces_in_the_plane() -> None:
-    couple = {"kind": "rotor", "name": "drum", "mass": 3.0, "couple_unbalance": 1e-3, "inertia": 1.5e-2}
-    rocking = {"directions": "r", "inertia": 1.0, "rotation_stiffness": 900.0}
-    tilting = machine_from({"carrier": rocking, "bodies": [couple], "drive": {"kind": "constant-speed", "speed": 20.0}})
-    assert not has_bearing_forces(tilting) and has_bearing_forces(shaft())
-    motion = run_to_end(tilting, {}, RunSettings(until=1.0))
-    assert loads_at_end(tilting, motion.machine_motion, (0.0, 1.0)) == {}
-    motion = run_to_end(shaft(), {}, RunSettings(until=1.0))
-    time = motion.machine_motion.time
-    assert len(loads_at_end(shaft(), motion.machine_motion, (time[-8], time[-1]))) == 1
-    assert loads_at_end(shaft(), motion.machine_motion, (time[-7], time[-1])) == {}
-
-
-def test_forces_below_the_noise_of_the_largest_are_zero() -> None:
-    """1e-7 of the largest of the run, 100 N: of a mean vector its magnitude counts."""
-    load = BearingLoad(steady=0.9e-5, vector=(0.9e-5, 0.8e-5), largest=1.1e-5, peak=100.0).beyond(Noise.of(1e-12))
-    assert load == BearingLoad(steady=0.0, vector=(0.9e-5, 0.8e-5), largest=1.1e-5, peak=100.0)
-    assert BearingLoad(steady=2e-5, vector=(0.9e-5, 0.1e-5), largest=3e-5, peak=100.0).beyond(Noise.of(1e-12)).vector == (0, 0)

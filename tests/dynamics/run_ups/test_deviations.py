@@ -34,28 +34,6 @@ def test_equal_angle_does_not_see_a_delay_in_time() -> None:
     assert largest(deviations_by_angle(course(ANGLE), course(late))) == pytest.approx((0.0, 0.0), abs=1e-13)
 
 
-def test_the_angle_counts_from_the_start() -> None:
-    begun = ANGLE + 40.0
-    apart = deviations_by_angle(course(begun), course(begun, speed=2.5), until=10.0)
-    assert apart is not None
-    assert (apart.abscissa[0], apart.abscissa[-1]) == pytest.approx((0.0, 10.0))
-    assert apart.speed == pytest.approx(-0.5)
-
-
-@pytest.mark.parametrize("until", [0.15, 25.0, np.inf])
-def test_up_to_an_angle(until: float) -> None:
-    apart = deviations_by_angle(course(ANGLE), course(ANGLE[:601]), until)
-    if until < 0.2:
-        assert apart is None, "two samples are nothing to compare on"
-    else:
-        assert apart is not None
-        assert apart.abscissa[-1] == pytest.approx(min(until, 60.0))
-
-
-def test_nothing_in_common() -> None:
-    assert deviations_by_angle(course(ANGLE + 500), course(ANGLE)) is None
-
-
 def test_a_rotor_that_turns_back_is_compared_where_it_is_new() -> None:
     to_and_fro = np.concatenate([ANGLE[:300], ANGLE[200:299][::-1], ANGLE[200:]])
     full = ComparedMotion(to_and_fro, np.r_[np.zeros(300), np.full(99, 9.0), np.zeros(801)][None], 0 * to_and_fro)
@@ -83,15 +61,6 @@ def test_equal_phase_needs_a_turn_of_lag() -> None:
     assert deviations_by_phase(course(ANGLE, ANGLE / 10), course(ANGLE, -ANGLE / 10)) is None, "they lag in opposite senses"
     assert deviations_by_phase(course(ANGLE), course(ANGLE)) is None, "no bodies"
     assert deviations_by_phase(course(ANGLE, 0 * ANGLE), course(ANGLE, 0 * ANGLE)) is None, "no lag"
-
-
-def test_of_several_bodies_the_one_counts_that_differs_most() -> None:
-    first, other = (
-        ComparedMotion(ANGLE, np.array([a + 0 * ANGLE, b + ANGLE / 50]), ANGLE) for a, b in ((1.0, 0.0), (0.25, 1.0))
-    )
-    apart = deviations_by_angle(first, other)
-    assert apart is not None
-    assert apart.speed == pytest.approx(np.full(len(apart.abscissa), -1.0))
 
 
 @pytest.mark.parametrize("sense", [1, -1])

@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 import math
-import re
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from wucht import Basin, LoadSpectrum, RunUp, StartStop, Sweep, run
-from wucht.dynamics.run_ups.hanging_start import hanging_start
+from wucht import Basin, RunUp, run
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.run_up import RunUpCase
 from wucht.dynamics.run_ups.run_variations import varied_quantity
 from wucht.dynamics.sampling.ensembles import initial_states
-from wucht.extending import Study
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.program import Evaluator
-from wucht.web.shared_study import shared_page
 
 MOUNTED = {"mass": 10.0, "stiffness": [2e4, 3e4], "damping": 50.0, "gravity": 9.81}
 MOTOR = {"kind": "linear", "slope": 0.05, "no_load_speed": 100.0}
@@ -103,30 +98,6 @@ def test_balls_beside_one_that_is_named_stand_in_an_even_ring() -> None:
     assert angles(machine(on_track(4)), speeds) == near(b1=0, **ring)
 
 
-def test_about_a_rotor_that_turns_nothing_hangs() -> None:
-    """Its bodies begin with its speed; where the speed rises from zero they hang."""
-    given = {"kind": "constant-speed", "speed": 50.0}
-    turning = machine(ball("p"), drive=given)
-    assert hanging_start(turning) == {} and state_of(turning)["p.speed"] == 50.0
-    ramp = [{"parameter": "drive.speed", "points": [[0.0, 0.0], [5.0, 50.0]]}]
-    assert angles(machine(ball("p"), drive=given, schedules=ramp)) == near(drum=0.0, p=-90.0)
-
-
-@pytest.mark.parametrize(
-    "study",
-    [
-        RunUp(until=0.5),
-        StartStop(until=0.5),
-        LoadSpectrum.from_table({"signal": "displacement", "direction": "x", "until": 0.5}),
-        Sweep.from_table({"along": "drive.no_load_speed", "range": [20.0, 20.5], "rate": "2 rad/s^2"}),
-    ],
-    ids=lambda study: study.kind,
-)
-def test_studies_that_start_from_rest_say_so(study: Study) -> None:
-    assert f"{HANGS}, equal bodies 0.001 rad apart" in run(study, machine(ball("p1"), ball("p2"))).wucht.assumed
-    assert HANGS in run(study, machine(ball("p1"), ball("p2", mass=0.2))).wucht.assumed
-
-
 @pytest.mark.parametrize(
     ("axes", "hangs"),
     [({"drum.unbalance": [0.01, 0.02, 2], "p1.mass": [0.1, 0.2, 2]}, True), ({"psi": [0, 1, 2], "delta": [0, 1, 2]}, False)],
@@ -166,15 +137,3 @@ def test_two_equal_pendulums_without_a_start_have_an_outcome() -> None:
     assert outcomes == ["compensated", "compensated", "unidentified"]
     assert default.wucht.summary["start_state"] == "at rest, hanging, equal bodies 0.001 rad apart"
     assert any("start them at different angles" in warning for warning in together.wucht.warnings)
-
-
-def test_the_live_page_starts_where_the_run_up_does(tmp_path: Path) -> None:
-    file = tmp_path / "machine.toml"
-    file.write_text(
-        '[machine.carrier]\nmass = "10 kg"\nstiffness = "2e4 N/m"\ngravity = "9.81 m/s^2"\n'
-        '[[machine.bodies]]\nkind = "rotor"\nname = "drum"\nmass = "5 kg"\nunbalance = "0.02 kg m"\ninertia = "0.1 kg m^2"\n'
-        '[machine.drive]\nkind = "linear"\nslope = "0.05 N m s"\nno_load_speed = "100 rad/s"\n'
-    )
-    page = shared_page(str(file), verdict=False)
-    assert re.search(r'"drum.angle"[^{}]*"start": ?-1.5707963', page)  # of the state
-    assert re.search(r"\[study.start\]\\ndrum = -1.5707963", page)  # of the study file to copy

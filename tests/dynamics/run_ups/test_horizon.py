@@ -9,33 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.analysis.time_constants import runaway_limit
 from wucht.dynamics.run_ups.horizon import (
     SAMPLES_PER_TURN,
-    SPEED_LIMIT,
-    TURNS_DONE,
     Horizon,
     RunSettings,
-    numbers_per_sample,
 )
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.files.building import machine_from
-
-
-@pytest.mark.parametrize(("shaking", "fastest"), [(300.0, 300.0), (100.0, 200.0)])
-def test_samples_are_as_dense_as_the_faster_of_rotor_and_shaking_asks(shaking: float, fastest: float) -> None:
-    machine = machine_from(
-        {
-            "carrier": {"directions": "x", "motion": {"direction": "x", "amplitude": 1e-3, "frequency": shaking}},
-            "bodies": [{"kind": "rotor", "name": "d", "mass": 4.0, "unbalance": 0.01, "inertia": 0.1}],
-            "drive": {"on": "d", "kind": "linear", "slope": 0.1, "no_load_speed": 200.0},
-        }
-    )
-    turn = 2 * math.pi / fastest
-    horizon = Horizon.of(machine, RunSettings(until=100 * turn), initial_state(machine, {}))
-    assert horizon.step == pytest.approx(turn / SAMPLES_PER_TURN, rel=1e-3)
-    assert horizon.vibration == shaking
 
 
 def driven(speed: float, **more: Any) -> Any:
@@ -53,41 +33,12 @@ def horizon(machine: Any, start: dict[str, Any] | None = None, **settings: Any) 
     return Horizon.of(machine, RunSettings(**settings), initial_state(machine, start or {}))
 
 
-def test_the_number_of_samples_does_not_depend_on_rounding() -> None:
-    """Of a hundred turns, whatever the speed, of which two engines know the last digit differently."""
-    horizons = [horizon(driven(speed)) for speed in np.random.default_rng(2).uniform(200.0, 300.0, 60)]
-    assert len({round(h.first / h.step) for h in horizons}) == 1
-    assert len({len(next(h.legs()).samples) for h in horizons}) == 1
-
-
 @pytest.mark.parametrize("sense", [1, -1])
 @pytest.mark.parametrize(("turns", "short"), [(9.9, True), (10.1, False)])
 def test_less_than_ten_turns_are_no_verdict(sense: int, turns: float, short: bool) -> None:
     """The warning states the time of ten turns."""
     warnings = horizon(driven(sense * 200.0), until=turns * 2 * math.pi / 200.0).warnings
     assert len(warnings) == short and (not short or f"({20 * math.pi / 200:.3g} s)" in warnings[0])
-
-
-@pytest.mark.parametrize("sense", [1, -1])
-def test_events_fire_whichever_way_the_rotor_turns(sense: int) -> None:
-    """After three turns from the angle of the start, or at 150 rad/s, their functions rise through zero."""
-    machine, start = driven(sense * 200.0), {"d": {"angle": 0.5}}
-    events = {e.name: e for e in horizon(machine, start, turns=3.0, speed_limit=150.0).events}
-    rotor = machine.rotor.coordinate
-    for angle, done in ((0.5 + sense * 5.9 * math.pi, False), (0.5 + sense * 6.1 * math.pi, True)):
-        assert (events[TURNS_DONE].expression.subs(rotor.position, angle) > 0) == done
-    for speed, fast in ((sense * 149.0, False), (sense * 151.0, True)):
-        assert (events[SPEED_LIMIT].expression.subs(rotor.velocity, speed) > 0) == fast
-    assert all(e.terminal and e.direction == 1 for e in events.values())
-
-
-def test_samples_are_shared_by_all_runs() -> None:
-    machine = driven(200.0)
-    assert horizon(machine, stored_samples=6000, runs=3).most == 2000
-    assert horizon(machine, stored_samples=3, runs=3).most == 2
-    alone, among = horizon(machine).most, horizon(machine, runs=10).most
-    assert alone == min(1_000_000, 30_000_000 // numbers_per_sample(machine)) and among == alone // 10
-    assert horizon(machine, runs=10**9).most == 2000
 
 
 def test_a_run_that_cannot_be_stored_whole_has_a_fifth_of_the_samples() -> None:
@@ -139,6 +90,24 @@ def test_a_slow_machine_is_doubled_less_often(slower: float, doublings: int) -> 
     assert last.samples[-1] == last.end == pytest.approx(of.longest)
 
 
+@pytest.mark.parametrize("speed", [50.0, -50.0, 500.0])
+def test_time_scales_of_a_run(speed: float) -> None:
+    """The natural frequency is 100 rad/s: the faster of both sets the step and the span, the slower one the first leg."""
+    of, fast, slow = horizon(driven(speed)), max(100.0, abs(speed)), min(100.0, abs(speed))
+    assert of.vibration == pytest.approx(100.0)
+    assert of.span == pytest.approx(2 * math.pi / fast)
+    assert of.first == pytest.approx(max(100 * 2 * math.pi / fast, 40 * math.pi / slow))
+    assert of.step == pytest.approx(2 * math.pi / fast / SAMPLES_PER_TURN, rel=1e-2)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_prescribed_speed_that_rises_later_is_expected(sense: float) -> None:
+    held = {"on": "d", "kind": "constant-speed", "speed": sense * 150.0}
+    ramp = {"parameter": "drive.speed", "points": [[0.0, sense * 150.0], [1.0, sense * 400.0]]}
+    machine = driven(0.0, drive=held, schedules=[ramp])
+    assert horizon(machine).step == pytest.approx(2 * math.pi / 400.0 / SAMPLES_PER_TURN, rel=1e-2)
+
+
 def test_the_limit_of_a_run_until_settled_is_told() -> None:
     """Only of a run that has come to its limit, and has not settled."""
     of, ended = horizon(driven(200.0)), horizon(driven(200.0), until=10.0)
@@ -150,77 +119,3 @@ def test_the_limit_of_a_run_until_settled_is_told() -> None:
     assert f"ended at {end:.4g} s, after 2.56e+04 turns or vibrations" in sentence and "study.until" in sentence
     assert of.limit_warnings(0.999 * end, verdicts[0], "s") == of.limit_warnings(end, verdicts[1], "s") == ()
     assert ended.limit_warnings(10.0, verdicts[0], "s") == ()
-
-
-@pytest.mark.parametrize("speed", [50.0, -50.0, 500.0])
-def test_time_scales_of_a_run(speed: float) -> None:
-    """The natural frequency is 100 rad/s: the faster of both sets the step and the span, the slower one the first leg."""
-    of, fast, slow = horizon(driven(speed)), max(100.0, abs(speed)), min(100.0, abs(speed))
-    assert of.vibration == pytest.approx(100.0)
-    assert of.span == pytest.approx(2 * math.pi / fast)
-    assert of.first == pytest.approx(max(100 * 2 * math.pi / fast, 40 * math.pi / slow))
-    assert of.step == pytest.approx(2 * math.pi / fast / SAMPLES_PER_TURN, rel=1e-2)
-
-
-@pytest.mark.parametrize(("speed", "fastest"), [(900.0, 900.0), (1100.0, 1000.0), (-1100.0, 1000.0)])
-def test_a_span_is_no_shorter_than_a_tenth_of_a_vibration(speed: float, fastest: float) -> None:
-    assert horizon(driven(speed)).span == pytest.approx(2 * math.pi / fastest)
-
-
-@pytest.mark.parametrize("speed", [400.0, -400.0])
-def test_a_prescribed_speed_is_expected(speed: float) -> None:
-    machine = driven(0.0, drive={"on": "d", "kind": "constant-speed", "speed": speed})
-    assert horizon(machine).step == pytest.approx(2 * math.pi / 400.0 / SAMPLES_PER_TURN, rel=1e-2)
-
-
-@pytest.mark.parametrize("settled", [True, False])
-def test_what_ends_a_run_without_an_end_time(settled: bool) -> None:
-    verdict: Any = SimpleNamespace(
-        outcome=Outcome.PASSED, settled_within=lambda width: settled and width == 1e-5, never_parts=False
-    )
-    assert horizon(driven(200.0)).is_decided(verdict) is settled
-    turns = horizon(driven(200.0), turns=30.0)
-    assert not turns.is_decided(verdict)
-    for outcome in (Outcome.STOPPED, Outcome.OSCILLATING):
-        assert turns.is_decided(SimpleNamespace(outcome=outcome))  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_a_prescribed_speed_that_rises_later_is_expected(sense: float) -> None:
-    held = {"on": "d", "kind": "constant-speed", "speed": sense * 150.0}
-    ramp = {"parameter": "drive.speed", "points": [[0.0, sense * 150.0], [1.0, sense * 400.0]]}
-    machine = driven(0.0, drive=held, schedules=[ramp])
-    assert horizon(machine).step == pytest.approx(2 * math.pi / 400.0 / SAMPLES_PER_TURN, rel=1e-2)
-
-
-@pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_the_fastest_of_several_rotors_sets_the_step(sense: float) -> None:
-    rotors = [{"kind": "rotor", "name": n, "mass": 4.0, "unbalance": 0.01, "inertia": 0.1} for n in ("d", "e")]
-    motors = [{"on": n, "kind": "linear", "slope": 0.1, "no_load_speed": w} for n, w in (("d", 50.0), ("e", sense * 300.0))]
-    machine = driven(0.0, bodies=rotors, drive=None, drives=motors)
-    assert horizon(machine).step == pytest.approx(2 * math.pi / 300.0 / SAMPLES_PER_TURN, rel=1e-2)
-
-
-def test_a_fast_motion_of_the_carrier_sets_the_step() -> None:
-    """It is shaken in x with 300 rad/s, faster than the rotor and its natural vibration in y."""
-    motion = {"direction": "x", "amplitude": 1e-3, "frequency": 300.0}
-    machine = driven(50.0, carrier={"directions": "xy", "stiffness": 4e4, "damping": 10.0, "motion": motion})
-    of = horizon(machine)
-    assert of.step == pytest.approx(2 * math.pi / 300.0 / SAMPLES_PER_TURN, rel=1e-2) and of.vibration == pytest.approx(300.0)
-
-
-def test_the_limit_that_is_given_counts_where_nothing_else_limits_the_speed() -> None:
-    free = driven(0.0, drive={"on": "d", "kind": "constant-torque", "torque": 1.0})
-    rotor = free.rotor.coordinate
-    for given, limit in ((30.0, 30.0), (None, runaway_limit(free))):
-        (event,) = (e for e in horizon(free, speed_limit=given).events if e.name == SPEED_LIMIT)
-        assert limit is not None and event.expression.subs(rotor.velocity, limit) == pytest.approx(0.0, abs=1e-12)
-    assert any("without limit" in w for w in horizon(free).warnings) and horizon(free, speed_limit=30.0).warnings == ()
-
-
-@pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_a_balance_of_small_losses_alone_is_not_expected(sense: float) -> None:
-    """It lies at 1,000,000 rad/s; a rotor is expected to reach 3000 rad/s."""
-    rotor = {"kind": "rotor", "name": "d", "mass": 4.0, "unbalance": 0.01, "inertia": 0.1, "bearing_damping": 1e-6}
-    machine = driven(0.0, bodies=[rotor], drive={"on": "d", "kind": "constant-torque", "torque": sense})
-    assert horizon(machine).step == pytest.approx(2 * math.pi / 3000.0 / SAMPLES_PER_TURN, rel=1e-2)

@@ -11,10 +11,8 @@ import numpy as np
 import pytest
 from tests.refusals import Refusal, refused
 
-from wucht import Basin, RunUp, run
+from wucht import RunUp, run
 from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
-from wucht.dynamics.run_ups.run_variations import check_given_once, start_states, varied_quantity, with_states
-from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
@@ -44,16 +42,6 @@ def test_they_begin_at_zero_or_where_the_start_says() -> None:
     assert (given["left.lining"], given["drive.integral"], given["drum.angle"]) == (pytest.approx(1.5e-4), -2.0, 0.3)
 
 
-def test_of_several_drives_each_has_its_own() -> None:
-    two = machine(bodies=[drum("e1"), drum("e2")], drive=None, drives=[INVERTER | {"on": "e1"}, INVERTER | {"on": "e2"}])
-    given = state(two, {"drives": {"e2": {"integral": "3 N m"}}})
-    assert (given["drives.e1.integral"], given["drives.e2.integral"]) == (0.0, 3.0)
-    with refused("study.start.drives.e3", "e2", given={"integral": 1.0}, code="unknown-key"):
-        state(two, {"drives": {"e3": {"integral": 1.0}}})
-    with refused("study.start.drives", given=1):
-        state(two, {"drives": 1})
-
-
 @pytest.mark.parametrize(
     ("start", "refusal"),
     [
@@ -73,13 +61,6 @@ def test_bad_values_are_refused(start: dict[str, Any], refusal: Refusal) -> None
         state(machine(), start)
 
 
-def test_with_free_travel_the_lining_has_that_room_too() -> None:
-    wide = machine(attachments=[DAMPER | {"free_travel": "3 mm"}])
-    assert state(wide, {"left": {"lining": 3.2e-3}})["left.lining"] == 3.2e-3
-    with refused("study.start.left.lining", "-0.0032", "0.0032 m", given=0.0033):
-        state(wide, {"left": {"lining": 3.3e-3}})
-
-
 def test_a_run_up_stores_them_from_their_start_on() -> None:
     """The carrier stands; the controller is at its limit, where T_i x' = T_m - x, and the lining holds what the start drew."""
     result = run(RunUp(until=0.4, start={"left": {"lining": 1e-4}, "drive": {"integral": 1.0}}), machine())
@@ -92,34 +73,6 @@ def test_a_run_up_stores_them_from_their_start_on() -> None:
     # The drawn lining pushes with F/2 on the spring's 1e4 N/m: the carrier turns back where both balance.
     assert float(result.displacement.min()) < -BUILD_UP / 4
     assert result.wucht.summary["energy_residual"] < 1e-9
-
-
-def test_they_are_start_states_of_maps() -> None:
-    states = start_states(machine())
-    assert (states["left.lining"].unit.si, states["drive.integral"].description) == (
-        "m",
-        "integral part of the drive at the start",
-    )
-    two = machine(bodies=[drum("e1"), drum("e2")], drive=None, drives=[INVERTER | {"on": "e1"}, INVERTER | {"on": "e2"}])
-    varied = [varied_quantity(two, name, "axes") for name in ("drives.e1.integral", "drives.e2.integral", "left.lining")]
-    given = {"left": {}, "drives": {"e2": {}}}
-    made = with_states(given, [(v.state, x) for v, x in zip(varied, (1.0, 2.0, 1e-4), strict=True) if v.state])
-    assert made == {"left": {"lining": 1e-4}, "drives": {"e1": {"integral": 1.0}, "e2": {"integral": 2.0}}}
-    with refused("study.axes.drives.e2.integral", "study.start", given="drives.e2.integral", code="given-twice"):
-        check_given_once(varied, {"drives": {"e2": {"integral": 1.0}}}, "axes", "an axis")
-    check_given_once(varied, {"drives": {"e3": {"integral": 1.0}}}, "axes", "an axis")
-
-
-def test_a_map_over_both_of_them() -> None:
-    axes = {"drive.integral": ["-4 N m", "4 N m", 2], "left.lining": ["-0.1 mm", "0.1 mm", 2]}
-    result = run(Basin(axes=axes, until=2.0), machine(bodies=[drum() | {"eccentricity": 1e-3}]))
-    assert sum(result.wucht.summary["fractions"].values()) == pytest.approx(1.0)
-
-
-def test_a_map_refuses_what_no_lining_has() -> None:
-    axes = {"drive.integral": ["-4 N m", "4 N m", 2], "left.lining": ["-0.6 mm", "0.6 mm", 2]}
-    with refused("study.axes.left.lining", given=-0.0003):
-        run(Basin(axes=axes, until=2.0), machine())
 
 
 Study = Callable[..., Path]
@@ -135,10 +88,6 @@ def washer(study: Study) -> Machine:
     return load_machine(str(study()))
 
 
-def test_bodies_not_named_start_at_rest_at_angle_0(washer: Machine) -> None:
-    assert set(_state(washer, {}).values()) == {0.0}
-
-
 def test_angles_are_relative_and_speeds_absolute(washer: Machine) -> None:
     state = _state(
         washer,
@@ -152,35 +101,12 @@ def test_angles_are_relative_and_speeds_absolute(washer: Machine) -> None:
     assert state["p2.speed"] == 7.0
 
 
-def test_the_order_of_the_file_does_not_matter(study: Study) -> None:
-    machine = load_machine(str(study('about = "drum"', 'about = "p2"')))  # p1 about p2, which comes after it
-    state = _state(machine, {"drum": 0.1, "p1": 0.01, "p2": 1.0})
-    assert state["p2.angle"] == pytest.approx(1.1)
-    assert state["p1.angle"] == pytest.approx(1.11)
-
-
-def test_only_a_speed(washer: Machine) -> None:
-    state = _state(washer, {"p1": {"speed": "60 rpm"}})
-    assert state["p1.angle"] == 0.0
-    assert state["p1.speed"] == pytest.approx(2 * math.pi)
-
-
-def test_the_carrier(washer: Machine) -> None:
-    state = _state(washer, {"carrier": {"x": "1 mm", "vy": "-2 mm/s"}})
-    assert [state[f"carrier.{k}"] for k in ("x", "y", "vx", "vy")] == [1e-3, 0.0, 0.0, -2e-3]
-
-
 def test_under_gravity_the_carrier_starts_where_it_rests(study: Study) -> None:
     machine = load_machine(str(study('"1 kg"', '"1 kg"\ngravity = "9.81 m/s^2"', '"1e5 N/m"', '["1e5 N/m", "2e5 N/m"]')))
     rest = -(1 + 9 + 0.125 + 0.125) * 9.81 / 2e5  # weight over stiffness in y
     assert machine.rest.tolist() == pytest.approx([0.0, rest])
     assert _state(machine, {})["carrier.y"] == pytest.approx(rest)
     assert _state(machine, {"carrier": {"y": "1 mm"}})["carrier.y"] == pytest.approx(rest + 1e-3)
-
-
-def test_a_carrier_without_springs_starts_at_zero(study: Study) -> None:
-    machine = load_machine(str(study('"1e5 N/m"', "0")))
-    assert machine.rest.tolist() == [0.0, 0.0]
 
 
 def test_a_prescribed_rotor_leads_its_bodies(study: Study) -> None:
@@ -194,13 +120,6 @@ def test_a_prescribed_rotor_leads_its_bodies(study: Study) -> None:
     assert state["p2.speed"] == 90.0
 
 
-def test_a_body_on_a_led_body_is_led(study: Study) -> None:
-    second = 'name = "p2"\nabout = "drum"'
-    machine = load_machine(str(study(LINEAR, 'kind = "constant-speed"\nspeed = -50\n', second, 'name = "p2"\nabout = "p1"')))
-    state = _state(machine, {"p1": 1.0, "p2": 1.0})
-    assert (state["p1.speed"], state["p2.speed"], state["p2.angle"]) == (-50.0, -50.0, 2.0)
-
-
 def test_psi_and_delta() -> None:
     machine = load_machine("drozdetskaya-2020/table-5.1")
     state = _state(machine, {"psi": 0.1, "delta": 0.5, "rotor": 1.0})
@@ -210,57 +129,6 @@ def test_psi_and_delta() -> None:
     assert state["rotor.angle"] == 1.0
     alone = _state(machine, {"delta": 0.5})
     assert (alone["p1.angle"], alone["p2.angle"]) == (0.25, -0.25)
-
-
-def test_psi_and_delta_need_two_bodies_about_the_rotor(study: Study) -> None:
-    machine = load_machine("drozdetskaya-2020/table-3.1-laval")
-    with refused("study.start.psi", code="unknown-key"):
-        initial_state(machine, {"psi": 0.1})
-    chain = load_machine(str(study('name = "p2"\nabout = "drum"', 'name = "p2"\nabout = "p1"')))
-    with refused("study.start.psi", code="unknown-key"):
-        initial_state(chain, {"psi": 0.1})
-
-
-def test_a_dimensionless_start_has_no_units() -> None:
-    machine = load_machine("drozdetskaya-2020/table-5.1")
-    assert _state(machine, {"p1": 0.3})["p1.angle"] == 0.3
-    with refused("study.start.carrier.x", code="dimension"):
-        initial_state(machine, {"carrier": {"x": "1 mm"}})
-    with refused("study.start.p1.speed", code="dimension"):
-        initial_state(machine, {"p1": {"speed": "1 rad/s"}})
-
-
-WRONG = {
-    "unknown body": ({"p3": 1}, r"study\.start\.p3: given 1; unknown key; did you mean 'p2'"),
-    "unknown key": ({"p1": {"angel": 1}}, r"study\.start\.p1\.angel: .*did you mean 'angle'"),
-    "unknown direction": ({"carrier": {"z": 1}}, r"study\.start\.carrier\.z: .*known: vx, vy, x, y"),
-    "mass": ({"p1": "3 kg"}, r"study\.start\.p1\.angle: given '3 kg'; .*this one is a mass"),
-    "NaN": ({"p1": math.nan}, r"study\.start\.p1\.angle: given nan; must be a finite angle"),
-    "list": ({"p1": [1.0]}, r"study\.start\.p1\.angle: given \[1\.0\]"),
-    "bool": ({"p1": True}, r"study\.start\.p1\.angle: given True"),
-    "carrier a number": ({"carrier": 1}, r"study\.start\.carrier: given 1; must be a table"),
-    "psi beside a body": ({"psi": 1, "p2": 1}, r"study\.start\.p2: .*either psi and delta"),
-    "psi in kg": ({"psi": "1 kg"}, r"study\.start\.psi: given '1 kg'"),
-}
-
-
-@pytest.mark.parametrize(("start", "says"), WRONG.values(), ids=WRONG.keys())
-def test_a_wrong_start_is_located(washer: Machine, start: dict[str, Any], says: str) -> None:
-    with pytest.raises(InputError, match=says):
-        initial_state(washer, start)
-
-
-@pytest.mark.parametrize("start", [{"drum": 1}, {"drum": {"speed": 1}}, {"drum": {"angle": 0}}])
-def test_a_prescribed_body_has_no_start(study: Study, start: dict[str, Any]) -> None:
-    machine = load_machine(str(study(LINEAR, 'kind = "constant-speed"\nspeed = 100\n')))
-    with refused("study.start.drum"):
-        initial_state(machine, start)
-
-
-def test_a_prescribed_follower_starts_where_its_drive_says(study: Study) -> None:
-    drive = 'on = "p1"\nkind = "constant-speed"\nspeed = "100 rad/s"\nangle = "90 deg"\n'
-    state = _state(load_machine(str(study(LINEAR, drive))), {"drum": 1.0})
-    assert state["p1.angle"] == pytest.approx(math.pi / 2)
 
 
 @pytest.mark.parametrize(("speed", "locked"), [(12.0, 0.0), (-12.0, 0.0), (9.0, 1.0), (-9.0, 1.0)])

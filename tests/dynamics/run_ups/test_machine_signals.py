@@ -1,18 +1,16 @@
-"""The turning points of a machine's signals, called with a machine and plain numbers, against the forced vibration by hand."""
+"""The turning points of a machine's signals against the forced vibration in closed form."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.refusals import refused
 
 from wucht import Machine, parts
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.machine_signals import machine_signal
-from wucht.dynamics.run_ups.observed_loads import LoadHistory, load_histories, loaded_runs
-from wucht.dynamics.run_ups.run_up import RunUpCase, run_up
-from wucht.dynamics.work import LeastShare, Work
-from wucht.files.building import machine_from
+from wucht.dynamics.run_ups.observed_loads import load_histories
+from wucht.dynamics.run_ups.run_up import RunUpCase
+from wucht.dynamics.work import Work
 
 MASS, UNBALANCE, STIFFNESS, DAMPING, SPEED, SETTLED = 10.0, 9e-3, 1e5, 400.0, 80.0, 1.0
 
@@ -35,62 +33,3 @@ def test_amplitudes_are_those_of_the_forced_vibration(name: str, unit: str, of_a
     amplitude = UNBALANCE * SPEED**2 / abs(STIFFNESS - MASS * SPEED**2 + 1j * DAMPING * SPEED)
     assert (signal.unit, len(values)) == (unit, pytest.approx(2 * SPEED / (2 * np.pi), abs=1.5)), "two a turn"
     assert np.abs(values) == pytest.approx(np.full(len(values), of_amplitude * amplitude), rel=1e-4)
-
-
-ROTOR = {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 1e-2, "inertia": 1.5e-2}
-
-
-MOTOR = {"kind": "linear", "slope": 0.5, "no_load_speed": 110.0}
-
-
-def test_signals_that_a_machine_has_not() -> None:
-    fixed = machine_from({"carrier": {"directions": "fixed"}, "bodies": [ROTOR], "drive": MOTOR})
-    with refused("study.signal", "does not move", given="displacement"):
-        machine_signal(fixed, "displacement", None)
-    moving = machine_from({"carrier": {"directions": "x", "stiffness": 1e4, "damping": 1.0}, "bodies": [ROTOR], "drive": MOTOR})
-    with refused("study.failure.direction", "x", given="y"):
-        machine_signal(moving, "displacement", "y", "study.failure")
-    assert machine_signal(moving, "spring-force", None).name == "force of the springs in x"
-    assert (machine_signal(moving, "acceleration", None).unit, machine_signal(moving, "displacement", "x").unit) == (
-        "m/s^2",
-        "m",
-    )
-
-
-@pytest.mark.parametrize(("settings", "is_open_ended"), [(RunSettings(), True), (RunSettings(until=0.5), False)])
-def test_only_a_run_with_an_end_time_reports_a_share_of_which_a_duration_follows(
-    settings: RunSettings, is_open_ended: bool
-) -> None:
-    machine = Machine(
-        parts.Carrier(mass=1.0, directions="x", stiffness=STIFFNESS, damping=DAMPING),
-        [parts.Rotor(name="rotor", mass=MASS - 1, eccentricity=UNBALANCE / (MASS - 1), inertia=0.03)],
-        drives=[parts.ConstantSpeed(speed=SPEED)],
-    )
-    case, reports = RunUpCase.of(machine, {}, settings), list[float]()
-    work = Work(reporter=lambda share, _: reports.append(share))
-    signal = machine_signal(machine, "displacement", None)
-    for progress_of in (
-        lambda: run_up(case, work), lambda: load_histories(case, signal, work), lambda: loaded_runs(case, signal, 0.0, work)
-    ):  # fmt: skip
-        reports.clear()
-        for _ in progress_of():
-            pass
-        assert reports and {isinstance(share, LeastShare) for share in reports} == {is_open_ended}
-
-
-def test_of_a_long_history_200_intervals_have_their_mean_least_and_greatest_value() -> None:
-    time = np.sort(np.random.default_rng(1).uniform(5.0, 25.0, 2000))
-    time[0] = 5.0
-    values = np.random.default_rng(2).standard_normal(2000)
-    values[time > 20.0] += 3.0
-    at, mean, low, high = LoadHistory(time, values, 25.0).course()
-    middles = 5.0 + 0.1 * (np.arange(200) + 0.5)
-    inside = [values[(time >= m - 0.05) & (time < m + 0.05)] for m in middles]
-    present = [k for k, part in enumerate(inside) if len(part)]
-    assert at == pytest.approx(middles[present])
-    assert low == pytest.approx([inside[k].min() for k in present])
-    assert high == pytest.approx([inside[k].max() for k in present])
-    fine = 5.0 + 20.0 * (np.arange(400_000) + 0.5) / 400_000
-    means = np.interp(fine, time, values).reshape(200, -1).mean(axis=1)
-    assert mean == pytest.approx(means[present], abs=2e-3), "of straight lines through the turning points"
-    assert all(len(x) == 1600 for x in LoadHistory(time[:1600], values[:1600], 25.0).course()), "few are listed"

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import cmath
 import math
-from dataclasses import replace
 from functools import cache
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,20 +12,11 @@ import xarray as xr
 from tests.refusals import refused
 
 from wucht import CoastDown, Response, RunUp, TorqueBalance, report, run
-from wucht.analysis.configurations.averaged_stability import Stability
-from wucht.analysis.configurations.configuration import RunningConfigurations
-from wucht.dynamics.run_ups import operating_points
-from wucht.dynamics.run_ups.coasting import state_in_configuration
-from wucht.dynamics.run_ups.operating_points import OperatingPoints, speeds_in_sense, vibration_in_operation
-from wucht.dynamics.run_ups.steady_phases import SteadyPhases, configuration_labels, phases_at_start
+from wucht.dynamics.run_ups.operating_points import OperatingPoints, vibration_in_operation
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.machines.operation import LOWEST
 from wucht.numerics.angles import wrap_to_pi
-
-START_OF_FILE = {"e1": -1.5708, "e2": -1.5708}
-
 
 # --- decks at random ---
 
@@ -103,12 +91,12 @@ def apart(first: dict[str, float], second: dict[str, float]) -> float:
 @pytest.mark.parametrize(
     ("seed", "count", "degrees", "share"),
     [
-        (1, 2, 0.5, 0.025),  # the exciters work against each other: their fluctuation shows in what is left
+        # The exciters work against each other: their fluctuation shows in what is left.
+        pytest.param(1, 2, 0.5, 0.025, marks=pytest.mark.slow),
         (2, 2, 0.5, 0.01),
         # Near the edge of synchronisation the phases depend on what the averaged equations leave out.
         pytest.param(3, 3, 2.0, 0.01, marks=pytest.mark.slow),
         pytest.param(4, 3, 0.5, 0.01, marks=pytest.mark.slow),
-        (5, 3, 0.5, 0.01),
     ],
 )
 def test_a_working_point_is_where_the_run_up_ends(seed: int, count: int, degrees: float, share: float) -> None:
@@ -138,6 +126,7 @@ def balance_of_two_ways() -> xr.Dataset:
     return run(TorqueBalance(), two_ways())
 
 
+@pytest.mark.slow
 def test_each_stable_configuration_is_reached_by_a_run_up() -> None:
     points, r, reached = stable_points(balance_of_two_ways()), np.random.default_rng(0), set[str]()
     assert len(points) == 2
@@ -152,24 +141,7 @@ def test_each_stable_configuration_is_reached_by_a_run_up() -> None:
     pytest.fail(f"{reached} alone")
 
 
-def test_there_is_a_curve_and_a_run_for_each() -> None:
-    first, second = stable_points(balance_of_two_ways())
-    names = [first["configuration"], second["configuration"]]
-    assert f"2 of them stable: {names[0]} or {names[1]}; from rest it reaches " in balance_of_two_ways().attrs["sentence"]
-    response = run(Response(), two_ways())
-    assert [o["configuration"] for o in response.wucht.summary["operation"]] == names
-    assert [o["speed"] for o in response.wucht.summary["operation"]] == [first["speed"], second["speed"]]
-    assert response.sizes["configuration"] == 2
-    coasting = run(CoastDown(until=0.1), two_ways())
-    runs = coasting.wucht.summary["configurations"]
-    assert [one["configuration"] for one in runs] == names == coasting.configuration_name.values.tolist()
-    assert [one["start_speed"] for one in runs] == [first["speed"], second["speed"]]
-    assert np.nanmax(coasting.run_amplitude, axis=1) == pytest.approx([one["peak_amplitude"] for one in runs], rel=0.02)
-    assert coasting.attrs["sentence"].endswith("; the first of 2 runs, one from each stable configuration")
-    (other,) = [line for line in report(coasting) if line.startswith("  other start")]
-    assert names[1] in other
-
-
+@pytest.mark.slow
 def test_the_start_selects_the_nearest_configuration() -> None:
     for point in stable_points(balance_of_two_ways()):
         start = {name: phase + 0.3 for name, phase in point["phases"].items()} | {"e1": 0.1}
@@ -220,30 +192,6 @@ def test_the_screen_runs_where_its_run_up_ends() -> None:
     assert "  in operation 2.294 mm at 155.2 rad/s (1482 rpm), e2 -90.4°; reached from rest" in report(response)
 
 
-def test_held_it_is_at_the_phases_of_the_start() -> None:
-    screen = load_machine("practice/screen")
-    for start, speed in ((START_OF_FILE, 151.07), ({}, 159.22)):
-        result = run(TorqueBalance(start=start, bodies="held"), screen)
-        assert stable_points(result)[-1]["speed"] == pytest.approx(speed, abs=6e-3)
-        assert any(a.startswith("rotors held at e1 ") for a in result.wucht.assumed)
-
-
-def test_a_coast_down_begins_in_operation() -> None:
-    """The speed falls from turn to turn by 2.4 to 3.3 rad/s, as the bearings brake it. Within a turn it fluctuates by 4.9 rad/s
-    in operation, by gravity and by the vibration torque, and after that by no more. At the phases of the file it would fall by
-    9.8 rad/s within a turn, and rise again.
-    """
-    result = run(CoastDown(until=0.5), load_machine("practice/screen"))
-    fall = -np.diff(result.mean_speed.values)
-    assert fall.min() > 2.0 and fall.max() < 3.5
-    turn = result.time.values <= 2 * math.pi / 155
-    assert np.ptp(result.speed.values[turn]) < 4.9
-    held = run(CoastDown(until=0.5, bodies="held", start=START_OF_FILE), load_machine("practice/screen"))
-    fall = -np.diff(held.mean_speed.values)
-    assert fall.max() > 9.0 and fall.min() < 0
-    assert result.wucht.summary["start_speed"] == pytest.approx(155.2, abs=0.05)
-
-
 def test_without_a_stable_configuration_it_is_said() -> None:
     machine = load_machine("practice/screen-unsynchronised")
     balance, response = run(TorqueBalance(), machine), run(Response(), machine)
@@ -258,144 +206,3 @@ def test_without_a_stable_configuration_it_is_said() -> None:
 
 
 # --- by hand ---
-
-
-def test_bodies_of_a_track_do_not_run_in_each_others_place() -> None:
-    """Below the resonance both balls gather on the heavy side, which those of a track cannot.
-
-    z = H (U + u exp(i psi)), and the balls lie along z: sin(psi - arg H) = (u/U) sin arg H.
-    """
-    rotor = {"kind": "rotor", "name": "r", "mass": 5.0, "unbalance": 4e-3, "inertia": 0.05}
-    ball = {"kind": "pendulum", "about": "r", "mass": 0.05, "length": 0.1, "damping": 1e-3}
-    drive = {"on": "r", "kind": "linear", "slope": 2.0, "no_load_speed": -30.0}
-
-    def operations(**more: Any) -> tuple[operating_points.Operation, ...]:
-        bodies = [rotor, *(ball | {"name": name} | more for name in "pq")]
-        machine = machine_from({"carrier": {"mass": 10.0, "stiffness": 4e4, "damping": 60.0}, "bodies": bodies, "drive": drive})
-        return vibration_in_operation(SteadyPhases.of(machine, {}, None))
-
-    (alone,) = operations()
-    assert alone.label == "together, heavy side" and alone.speed == pytest.approx(-30.0, rel=1e-4)
-    w = abs(alone.speed)
-    response = w**2 / (4e4 - 15.1 * w**2 + 60j * w)
-    lag = cmath.phase(response)
-    total = 4e-3 + 1e-2 * cmath.exp(1j * (lag + math.asin(2.5 * math.sin(lag))))
-    assert alone.amplitude == pytest.approx(abs(response * total), rel=1e-9)
-    assert operations(track="t", diameter=0.02) == ()
-
-
-def named(name: str | None, stable: bool | None = True, overlapping: bool = False, **phases: float) -> Any:
-    slow = Stability.without_verdict("by hand") if stable is None else SimpleNamespace(stable=stable)
-    return SimpleNamespace(name=name, phases=phases, slow=slow, overlapping=overlapping, speed=100.0)
-
-
-def test_labels_are_names_where_only_one_has_the_name() -> None:
-    first, second = named("together", e2=0.0), named(None, e2=math.pi / 2)
-    assert configuration_labels([first, second]) == ["together", "e2 90°"]
-    assert configuration_labels([first, named("together", e2=0.1)]) == ["e2 0°", "e2 5.73°"]
-    assert configuration_labels([]) == []
-
-
-def test_the_nearest_is_stable_and_possible() -> None:
-    near, far = named("a", e2=0.2, e3=3.0), named("b", e2=2.0, e3=-3.0)
-    others = (named("c", False, e2=1.0, e3=3.1), named("d", True, True, e2=1.0, e3=3.1), named("e", None, e2=1.0, e3=3.1))
-    anything: Any = None
-    running = RunningConfigurations(anything, (near, *others, far), anything)
-    assert running.stable == (near, far)
-    assert running.nearest({"e2": 1.0, "e3": 3.1}) is near and running.nearest({"e2": 1.2}) is far
-    assert running.nearest({"e3": -3.05}) is far, "3.0 is 13 degrees away across 180 degrees"
-    assert running.nearest({"e2": 0.2 + 4 * math.pi}) is near
-    with pytest.raises(ValueError):
-        RunningConfigurations(anything, others, anything).nearest({"e2": 1.0})
-
-
-def pair() -> Machine:
-    """Two rotors of opposite senses, a pendulum about the second."""
-    rotor = {"kind": "rotor", "name": "r", "mass": 2.0, "unbalance": 0.01, "inertia": 0.02, "bearing_damping": 1e-3}
-    body = {"kind": "pendulum", "name": "p", "about": "q", "mass": 0.05, "length": 0.1, "damping": 0.01}
-    drives = [{"on": on, "kind": "linear", "slope": 0.4, "no_load_speed": w} for on, w in (("r", 50.0), ("q", -50.0))]
-    carrier = {"mass": 20.0, "directions": "xy", "stiffness": 8e4, "damping": 60.0}
-    return machine_from({"carrier": carrier, "bodies": [rotor, rotor | {"name": "q"}, body], "drives": drives})
-
-
-@pytest.mark.parametrize(
-    ("start", "expected"),
-    [
-        ({}, {}),
-        ({"r": {"speed": 5.0}, "q": {"speed": 1.0}, "p": {"speed": 1.0}}, {}),
-        ({"r": 0.5}, {"q": -0.5}),
-        ({"q": 0.25}, {"q": -0.25}),
-        ({"r": {"angle": 0.5}, "q": {"angle": 0.25, "speed": 1.0}}, {"q": -0.75}),
-        ({"p": 0.3}, {"p": 0.3}),
-        ({"q": 0.25, "p": 0.3}, {"q": -0.25, "p": 0.3}),
-    ],
-)
-def test_phases_that_a_start_gives(start: dict[str, Any], expected: dict[str, float]) -> None:
-    """Of a rotor each in its sense relative to the main one, of a body to its rotor; of rotors at 0 none."""
-    assert phases_at_start(pair(), start) == pytest.approx(expected)
-
-
-def test_a_state_in_a_configuration() -> None:
-    machine = pair()
-    c: Any = SimpleNamespace(speed=48.0, phases={"q": 1.0, "p": 0.3})
-    state = np.zeros(len(machine.state_names))
-    state[machine.row(machine.rotor.coordinate.position)] = 0.4
-    senses = {"r": 1.0, "q": -1.0, "p": -1.0}
-
-    def placed(**start: Any) -> dict[str, float]:
-        before = state.copy()
-        for name, entry in start.items():
-            before[machine.row(machine.body(name).coordinate.velocity)] = entry["speed"]
-        after = state_in_configuration(machine, before, c, senses, start)
-        return dict(zip(machine.state_names, after.tolist(), strict=True))
-
-    at = placed()
-    assert (at["r.angle"], at["q.angle"], at["p.angle"]) == pytest.approx((0.4, -1.4, -1.1))
-    assert (at["r.speed"], at["q.speed"], at["p.speed"]) == (48.0, -48.0, -48.0)
-    given = placed(r={"speed": 30.0}, p={"speed": -7.0})
-    assert (given["r.speed"], given["q.speed"], given["p.speed"]) == (30.0, -30.0, -7.0)
-    assert placed(q={"speed": -20.0})["p.speed"] == -20.0
-    clockwise = state_in_configuration(machine, state, c, {"r": -1.0, "q": 1.0, "p": 1.0}, {})
-    back = dict(zip(machine.state_names, clockwise.tolist(), strict=True))
-    assert [back[name] for name in ("r.angle", "q.angle", "r.speed", "q.speed")] == pytest.approx([0.4, 0.6, -48.0, 48.0])
-    state[machine.row(machine.rotor.coordinate.velocity)] = -30.0
-    slower = state_in_configuration(machine, state, c, {"r": -1.0, "q": 1.0, "p": 1.0}, {"r": {"speed": -30.0}})
-    back = dict(zip(machine.state_names, slower.tolist(), strict=True))
-    assert (back["r.speed"], back["q.speed"], back["p.speed"]) == (-30.0, 30.0, 30.0)
-
-
-@pytest.mark.parametrize(
-    ("sense", "speeds", "expected"),
-    [
-        (1.0, (10.0, 50.0), (10.0, 50.0)),
-        (-1.0, (-50.0, -10.0), (10.0, 50.0)),
-        (1.0, (0.0, 50.0), (LOWEST * 50.0, 50.0)),
-        (-1.0, (-50.0, 0.0), (LOWEST * 50.0, 50.0)),
-        (1.0, (-1.0, 50.0), None),
-        (1.0, (-50.0, 0.0), None),
-        (-1.0, (10.0, 50.0), None),
-    ],
-)
-def test_steady_phases_are_searched_in_the_sense_of_the_drive(
-    sense: float, speeds: tuple[float, float], expected: tuple[float, float] | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(operating_points, "sense_of", lambda machine, rotor: sense)
-    steady: Any = SimpleNamespace(machine=None)
-    rotor: Any = None
-    if expected is None:
-        with refused("study.range", given=list(speeds)):
-            speeds_in_sense(steady, rotor, speeds)
-    else:
-        assert speeds_in_sense(steady, rotor, speeds) == pytest.approx(expected)
-
-
-def test_mirror_images_of_one_speed_are_two_configurations(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Their phases are arrays, which cannot be compared as a whole: configurations are told apart without that."""
-    machine = two_ways()
-    running = RunningConfigurations.of(machine)
-    a, b = running.stable
-    twin = replace(b, speed=a.speed, state=replace(b.state, speed=a.state.speed), slow=a.slow, full=a.full)
-    same = replace(running, configurations=(*running.unstable, a, twin))
-    monkeypatch.setattr(RunningConfigurations, "of", lambda *_: same)
-    steady = SteadyPhases.of(machine, {}, None)
-    assert len(steady.branches) == 2 and steady.configurations is not None and len(steady.configurations) == 6

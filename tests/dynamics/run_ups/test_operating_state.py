@@ -1,20 +1,14 @@
-"""States of machines in operation: what dry friction holds, what schedules and releases have left, and states passed on."""
+"""What dry friction holds, the fastest stable working point, and what schedules have left."""
 
 from __future__ import annotations
 
-from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
-import sympy as sp
 
-from wucht.analysis.working_points import creep_speed, is_held_at_rest
-from wucht.dynamics.run_ups.coasting import without_drives
-from wucht.dynamics.run_ups.horizon import RunSettings
-from wucht.dynamics.run_ups.operating_state import machine_after_schedules, state_at_working_point, transfer_state
-from wucht.dynamics.run_ups.settled_operation import REST, EndState, case_from_state, rest_events
-from wucht.dynamics.verdicts.outcomes import Outcome
+from wucht.analysis.working_points import is_held_at_rest
+from wucht.dynamics.run_ups.operating_state import machine_after_schedules, state_at_working_point
+from wucht.dynamics.run_ups.settled_operation import rest_events
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 
@@ -37,31 +31,6 @@ def test_dry_friction_holds_a_machine_where_it_holds_all_rotors(torques: tuple[f
     machine = two_rotors(torques)
     assert is_held_at_rest(machine) is held
     assert len(rest_events(machine)) == held
-
-
-def test_without_dry_friction_nothing_is_held() -> None:
-    rotor = {"kind": "rotor", "name": "a", "mass": 1.0, "unbalance": 0.0, "inertia": 1.0}
-    free = machine_from({"carrier": {"directions": "fixed"}, "bodies": [rotor]})
-    assert creep_speed(free) == 0.0 and not is_held_at_rest(free)
-
-
-def test_a_machine_rests_when_all_its_rotors_are_slow() -> None:
-    machine = two_rotors((3.0, -3.0))
-    ((event,), speed) = rest_events(machine), creep_speed(machine)
-    a, b = (machine.body(n).coordinate.velocity for n in "ab")
-
-    def value(first: float, second: float) -> float:
-        return float(sp.sympify(event.expression).subs({a: first * speed, b: second * speed}))
-
-    assert value(0.1, -0.1) < 0 < value(0.1, -1.1) and value(1.1, 0.1) > 0
-    assert (event.name, event.direction, event.terminal) == (REST, -1, True)
-
-
-def test_the_run_of_a_machine_that_is_held_ends_at_rest() -> None:
-    machine = two_rotors((3.0, -3.0))
-    state = np.zeros(len(machine.state_names))
-    case = case_from_state(machine, state, RunSettings())
-    assert case.horizon.first == case.horizon.expected_end and any(e.name == REST for e in case.horizon.events)
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
@@ -88,54 +57,3 @@ def test_schedules_end_as_they_are_at_a_time() -> None:
     for time, torque in ((None, 5.0), (0.5, 2.0), (9.0, 5.0)):
         steady = machine_after_schedules(machine, time=time)
         assert steady.values["drives.b.torque"] == pytest.approx(torque) and steady.schedules == ()
-
-
-def test_bodies_that_are_still_locked_stay_so() -> None:
-    """Those that have been released stay free, and need no release any more."""
-    balls = [
-        {"kind": "pendulum", "name": n, "about": "a", "mass": 0.1, "length": 0.1, "damping": 0.01, "release": {"speed": 20.0}}
-        for n in ("p", "q")
-    ]
-    rotor = {"kind": "rotor", "name": "a", "mass": 1.0, "unbalance": 1e-3, "inertia": 0.1}
-    machine = machine_from({"carrier": {"stiffness": 1e4}, "bodies": [rotor, *balls]})
-    left = machine_after_schedules(machine, {"p.locked": 0.0, "q.locked": 1.0})
-    assert (left.values["p.locked"], left.values["q.locked"]) == (0.0, 1.0)
-    assert left.body("p").release is None and left.body("q").release is not None
-    released = machine_after_schedules(machine)
-    assert released.values["q.locked"] == 0.0 and released.body("q").release is None
-
-
-def test_a_state_passed_on_has_the_prescribed_speed_of_its_time() -> None:
-    ramp = {"parameter": "drive.speed", "points": [[0.0, 10.0], [2.0, -30.0]]}
-    rotor = {"kind": "rotor", "name": "a", "mass": 1.0, "unbalance": 1e-3, "inertia": 0.1}
-    machine = machine_from({
-        "carrier": {"stiffness": 1e4}, "bodies": [rotor], "drive": {"on": "a", "kind": "constant-speed", "speed": 10.0},
-        "schedules": [ramp],
-    })  # fmt: skip
-    free = without_drives(machine)
-    state = np.arange(1.0, 1.0 + len(machine.state_names))
-    for time, speed in ((0.0, 10.0), (1.0, -10.0), (2.0, -30.0)):
-        passed = dict(zip(free.state_names, transfer_state(machine, state, free, time), strict=True))
-        assert passed["a.speed"] == pytest.approx(speed)
-        assert {n: passed[n] for n in machine.state_names if n != "a.speed"} == pytest.approx(
-            {n: x for n, x in zip(machine.state_names, state, strict=True) if n != "a.speed"}
-        )
-
-
-def test_the_end_of_rotors_that_turn_against_each_other() -> None:
-    """Speeds in magnitude; phases only of rotors that turn together."""
-    machine = two_rotors((3.0, -3.0))
-    locking = SimpleNamespace(final_speeds={"a": -50.0, "b": 51.0}, phases={"b": 0.5})
-
-    def ended(outcome: Outcome, **other: Any) -> EndState:
-        given = {"outcome": outcome, "locking": locking, "speed": 50.0, "amplitudes": (1e-3, 1e-4, 2e-4), "advice": "run on"}
-        trajectory = SimpleNamespace(end_time=4.0, stopped_by=other.pop("stopped_by", None))
-        made: Any = SimpleNamespace(
-            case=SimpleNamespace(machine=machine), verdict=SimpleNamespace(**given | other), trajectory=trajectory
-        )
-        return EndState.of(made)
-
-    assert ended(Outcome.SYNCHRONISED) == EndState("synchronised", (50.0, 51.0), (0.5,), 1e-3, 4.0, "run on")
-    assert ended(Outcome.NOT_SYNCHRONISED).phases == ()
-    assert ended(Outcome.PASSED, locking=None, amplitudes=None) == EndState("passed", (50.0,), (), None, 4.0, "run on")
-    assert ended(Outcome.PASSED, stopped_by=REST) == EndState("stopped", (0.0, 0.0), (), 0.0, 4.0)

@@ -1,4 +1,4 @@
-"""The averaged model of a run-up in either sense, what it leaves out of the start, and the signals that are compared."""
+"""The averaged model of a run-up in either sense, and the signals that are compared."""
 
 from __future__ import annotations
 
@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.dynamics.run_ups.deviations import compared_bodies, compared_motion
+from wucht.dynamics.run_ups.deviations import compared_motion
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_up_models import FullModel, slow_model
 from wucht.files.building import machine_from
 from wucht.machines.machine import DISSIPATED_WORK
 from wucht.mechanics.rotating_bodies.solution import VIBRATION_WORK
-from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.trajectory import Trajectory
 
 SLOPE, FREE = 0.01, 200.0
@@ -44,32 +43,6 @@ def test_the_angle_is_positive_in_the_sense_of_the_rotor(sense: float) -> None:
     states = dict(zip([s.name for s in slow.system.states], slow.initial.tolist(), strict=True))
     assert slow.averaged_equations.senses["a"] == sense and slow.initial[-1] == pytest.approx(3.0)
     assert states["a.speed"] == pytest.approx(40.0) and states["p.phase"] == pytest.approx(0.5)
-
-
-@pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_a_rotor_without_a_drive_turns_as_it_starts(sense: float) -> None:
-    of = machine(drive=False)
-    slow = model(of, a={"speed": sense * 40.0}, p={"speed": sense * 40.0})
-    assert slow.averaged_equations.senses["a"] == sense
-
-
-@pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_events_are_those_of_the_machine(sense: float) -> None:
-    of = machine(sense)
-    c = of.rotor.coordinate
-    (event,) = model(of).events((Event("e", 2 * c.position + 3 * c.velocity, 1),))
-    symbols = {s.name: s for s in event.expression.free_symbols}
-    angle = next(s for name, s in symbols.items() if s is not c.velocity)
-    assert float(event.expression.subs({angle: 5.0, c.velocity: 7.0})) == sense * (2 * 5.0 + 3 * 7.0)
-
-
-@pytest.mark.parametrize("entry", ["x", "vx"])
-@pytest.mark.parametrize("way", [1e-3, -1e-3])
-def test_a_carrier_that_does_not_start_at_rest_is_left_out(entry: str, way: float) -> None:
-    of = machine()
-    moved = [w for w in model(of, carrier={entry: way}).warnings if "its start is left out" in w]
-    assert len(moved) == 1
-    assert not [w for w in model(of).warnings if "its start is left out" in w]
 
 
 def trajectory(slow: Any, speed: float) -> Trajectory:
@@ -118,17 +91,3 @@ def test_signals_that_are_compared_are_positive_in_the_sense_of_the_rotor(sense:
     assert found.angle == pytest.approx(1 + 9 * time) and found.speed == pytest.approx(np.full((1, 5), 9.0))
     assert found.phase == pytest.approx(np.full(5, -0.25))
     assert found.radius == pytest.approx(np.full(5, 0.5), abs=1e-3)
-
-
-def test_which_speeds_are_compared() -> None:
-    """The main rotor's, or of one whose speed is prescribed those of its bodies."""
-    assert [b.name for b in compared_bodies(machine())] == ["a"]
-    held = machine_from({
-        "carrier": {"mass": 1.0, "directions": "x", "stiffness": 1e4, "damping": 5.0},
-        "bodies": [
-            {"kind": "rotor", "name": "a", "mass": 1.0, "unbalance": 1e-3, "inertia": 0.01},
-            *({"kind": "pendulum", "name": n, "about": "a", "mass": 0.05, "length": 0.1, "damping": 0.01} for n in "pq"),
-        ],
-        "drive": {"on": "a", "kind": "constant-speed", "speed": 50.0},
-    })  # fmt: skip
-    assert [b.name for b in compared_bodies(held)] == ["p", "q"]

@@ -92,6 +92,7 @@ def screen(**drives: Any) -> dict[str, Any]:
     return copy.deepcopy(tomllib.loads(table)["machine"]) | drives
 
 
+@pytest.mark.slow
 def test_an_exciter_without_a_motor_that_stays_at_rest() -> None:
     """Both turn with the motor of one where they do so already; from rest the other one stays."""
     alone = machine_from(screen(drives=screen()["drives"][:1]))
@@ -103,14 +104,6 @@ def test_an_exciter_without_a_motor_that_stays_at_rest() -> None:
             entries = s.get("working_points") or s.get("operation") or s["configurations"]
             answers = [e["reached_from_rest"] for e in entries if e.get("stable", True)]
             assert answers == [answer], study.kind
-
-
-def test_a_start_that_gives_the_speed_or_holds_the_bodies_is_no_state_to_be_reached() -> None:
-    for study in (CoastDown(until=0.1, start={"r": {"speed": 150.0}}), CoastDown(until=0.1, start={"r": {"speed": -150.0}})):
-        s = run(study, motor(0.03)).wucht.summary
-        assert s["reached_from_rest"] is None and s["from_rest"] == []
-    held = run(TorqueBalance(bodies="held"), machine_from(screen())).wucht.summary
-    assert held["from_rest"] == [] and {p["reached_from_rest"] for p in held["working_points"]} == {None}
 
 
 def test_where_the_run_decides_nothing_that_is_said() -> None:

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 import pytest
 import xarray as xr
-from tests.refusals import Refusal, refused
+from tests.refusals import refused
 
 from wucht import Response, RunUp, SynchronousStates, TorqueBalance, draw, report, run
 from wucht.files.catalogue import load_machine
@@ -72,22 +68,6 @@ def test_each_point_lies_on_the_curve_of_its_configuration(r1: xr.Dataset) -> No
         assert nearest < 0.5, p["configuration"]
 
 
-def test_figure_and_report(r1: xr.Dataset) -> None:
-    (axis,) = draw(r1).axes
-    lines = {line.get_label(): line for line in axis.get_lines()}
-    assert lines["compensating"].get_linestyle() == "-"
-    assert lines["opposed"].get_linestyle() == "--"
-    assert {"together, heavy side", "stable working point", "unstable working point", "not stable"} <= set(lines)
-    assert "stable       200 rad/s (1910 rpm), compensating: 0 N·m" in "\n".join(report(r1))
-
-
-@pytest.mark.slow
-def test_the_figure_where_bodies_would_overlap(drum: xr.Dataset) -> None:
-    (above,) = draw(drum).axes
-    assert any(line.get_label() == "bodies overlapping" and line.get_linestyle() == ":" for line in above.get_lines())
-    assert above.get_ylim()[1] < 100, "not as high as the motor's torque at standstill"
-
-
 def test_the_response_of_stable_bodies() -> None:
     result = run(Response(), load_machine("drozdetskaya-2020/r1"))
     s = result.wucht.summary
@@ -122,27 +102,3 @@ def test_machines_without_known_phases_are_held_and_it_is_said() -> None:
     assert "balancing bodies are held, as their steady phases are not computed" in result.attrs["warnings"]
     with refused("study.bodies", "held", given="steady", code="slider"):
         run(TorqueBalance(bodies="steady"), switchable)
-
-
-@pytest.mark.parametrize(
-    ("question", "refusal"),
-    [
-        ({"bodies": "free"}, refused("study.bodies", code="unknown-name")),
-        ({"range": (-100.0, 200.0)}, refused("study.range", given=[-100.0, 200.0])),
-        ({"start": {"p3": 0.1}}, refused("study.start.p3", code="unknown-key")),
-    ],
-)
-def test_refused(question: dict[str, Any], refusal: Refusal) -> None:
-    with refusal:
-        run(TorqueBalance(**question), load_machine("drozdetskaya-2020/r1"))
-
-
-@pytest.mark.usefixtures("no_figures")
-def test_the_start_of_a_run_up_holds_nothing(wucht: Callable[..., Any], study: Callable[..., Path]) -> None:
-    """The study file is one of a run-up: its start is none of the phases of a torque balance."""
-    file, words = study(), ("--set", "study.kind=torque-balance", "--json")
-    points = wucht("run", file, *words).document["summary"]["working_points"]
-    assert [p["configuration"] for p in points if p["stable"]] == ["compensating"]
-    held = wucht("run", file, *words, "--set", "study.bodies=held").document["summary"]
-    assert held["bodies"] == "held"
-    assert "configuration" not in held["working_points"][0]

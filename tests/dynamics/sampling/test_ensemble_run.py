@@ -77,31 +77,9 @@ def test_a_member_does_not_depend_on_the_others() -> None:
     assert same(outcomes_of(question, starts[:, 5:6], {}), whole.select(np.array([5])))
 
 
-@pytest.mark.slow
-def test_parameters_differ_from_member_to_member() -> None:
-    machine, start = pendulums(1.0), {"psi": 0.0, "delta": 0.5}
-    u, beta = np.array([1.0, 3.5, 1.0, 5.0]), np.array([0.1, 0.1, 0.2, 0.1])
-    question = EnsembleQuestion(machine, ("u", "beta_r"), model="slow")
-    found = outcomes_of(question, states(machine, [start] * 4), {"u": u, "beta_r": beta})
-    for i in range(4):
-        one = machine.with_values({"u": float(u[i]), "beta_r": float(beta[i])})
-        alone = outcomes_of(EnsembleQuestion(one, model="slow"), states(one, [start]), {})
-        assert same(alone, found.select(np.array([i])))
-    assert labels(found) == ["captured", "compensated", "captured", "compensated"]
-
-
-@pytest.mark.slow
-def test_at_a_given_end_what_is_not_settled_is_not_identified() -> None:
-    machine = pendulums(1.0)
-    begun = states(machine, grid(3))
-    short, long = (outcomes_of(EnsembleQuestion(machine, model="slow", until=end), begun, {}) for end in (30.0, 4000.0))
-    assert set(labels(short)) == {"unidentified"} and np.isnan(short.settling_time).all()
-    assert (short.end_time == 30.0).all() and "captured" in labels(long)
-
-
-@pytest.mark.parametrize("name", ["practice/laundry-drum", "practice/fan-on-inverter", "practice/fan-on-belt"])
+@pytest.mark.parametrize("name", ["practice/fan-on-belt", pytest.param("practice/laundry-drum", marks=pytest.mark.slow)])
 def test_machines_of_piecewise_laws(name: str) -> None:
-    """A schedule, contacts and a fan's load; an inverter with a limit; a belt: in batches, with the labels of run-ups."""
+    """A belt; a schedule, contacts and a fan's load: in batches, with the labels of run-ups."""
     machine = load_machine(name)
     question = EnsembleQuestion(machine, tolerance=1e-8)
     assert integration_note(question) == "members are integrated in batches"
@@ -125,56 +103,12 @@ def test_a_schedule_is_waited_for() -> None:
     assert labels(outcomes_of(stopped, initial_state(machine, {})[:, None], {})) != ["passed"]
 
 
-@pytest.mark.parametrize("masses", [(0.1, 0.1, 0.1), (0.1, 0.13, 0.1)])
-def test_balls_of_a_track_start_in_any_order(masses: tuple[float, ...]) -> None:
-    """Like balls may exchange their places, others may not: each member has the outcome of its run-up."""
-    balls = [
-        BALL | {"name": f"p{k}", "mass": m, "diameter": 0.03, "track": "ring", "restitution": 0.5} for k, m in enumerate(masses)
-    ]
-    machine = machine_from(SMOOTH | {"bodies": [*SMOOTH["bodies"], *balls]})
-    places = [(0.0, 2.0, 4.0), (0.0, 4.0, 2.0), (1.0, 0.2, 3.0), (3.0, 6.0, 5.0)]
-    starts = [{f"p{k}": angle for k, angle in enumerate(three)} for three in places]
-    question = EnsembleQuestion(machine, until=60.0, tolerance=1e-8)
-    found = outcomes_of(question, states(machine, starts), {})
-    for i, start in enumerate(starts):
-        alone = run_of(machine, start, "full", until=60.0)
-        assert labels(found)[i] == alone.verdict.outcome.value
-        assert found.peak_amplitude[i] == pytest.approx(alone.observation.largest, rel=1e-3)
-
-
-def ring(**more: Any) -> Machine:
-    """A rotor with three like balls on a track."""
-    balls = [BALL | {"name": f"p{k}", "diameter": 0.03, "track": "ring", "restitution": 0.5} for k in range(3)]
-    return machine_from(SMOOTH | {"bodies": [*SMOOTH["bodies"], *balls]} | more)
-
-
-def test_a_ball_with_a_load_is_not_like_the_other_ones() -> None:
-    """Where it is matters: the largest amplitudes differ by a tenth. Between samples they are known to a few thousandths."""
-    machine = ring(loads=[{"on": "p1", "kind": "viscous", "coefficient": 0.01}])
-    starts = [{"p0": 0.0, "p1": 1.0, "p2": 2.0}, {"p0": 0.0, "p1": 2.0, "p2": 1.0}]
-    found = outcomes_of(EnsembleQuestion(machine, until=10.0, tolerance=1e-8), states(machine, starts), {})
-    for largest, start in zip(found.peak_amplitude, starts, strict=True):
-        assert largest == pytest.approx(run_of(machine, start, "full", until=10.0).observation.largest, rel=5e-3)
-    assert found.peak_amplitude[1] < 0.9 * found.peak_amplitude[0]
-
-
-def test_members_on_a_track_with_varied_drives_are_as_if_alone() -> None:
-    """The first is the slowest: the times at which the other ones are observed do not depend on it."""
-    machine, path = ring(), "drive.no_load_speed"
-    begun, speeds = states(machine, [{"p0": 0.0, "p1": 2.0, "p2": 4.0}] * 3), np.array([10.0, 50.0, 90.0])
-    question = EnsembleQuestion(machine, (path,), until=20.0, tolerance=1e-8)
-    together = outcomes_of(question, begun, {path: speeds})
-    for i in range(3):
-        assert same(outcomes_of(question, begun[:, i : i + 1], {path: speeds[i : i + 1]}), together.select(np.array([i])))
-
-
 SMOOTH = {
     "carrier": {"mass": 1.0, "directions": "x", "stiffness": 1e3, "damping": 5.0},
     "bodies": [{"kind": "rotor", "name": "a", "mass": 1.0, "unbalance": 1e-3, "inertia": 0.01, "bearing_damping": 1e-4}],
     "drive": {"on": "a", "kind": "linear", "slope": 1e-3, "no_load_speed": 50.0},
 }
 BESIDE = SMOOTH["bodies"][0] | {"name": "b"}
-BALL = {"kind": "pendulum", "name": "p", "about": "a", "mass": 0.05, "length": 0.1, "damping": 0.01}
 SERIES = {
     "on": "a", "kind": "dc-series", "voltage": 42.0, "armature_resistance": 1.5, "field_resistance": 1.0,
     "field_inductance": 0.05, "motor_constant": 1.0,
@@ -182,7 +116,7 @@ SERIES = {
 SHAKEN = {"directions": "x", "motion": {"direction": "x", "amplitude": 1e-3, "frequency": 6.0}}
 
 
-@pytest.mark.parametrize("model", ["full", "slow"])
+@pytest.mark.parametrize("model", ["full", pytest.param("slow", marks=pytest.mark.slow)])
 def test_a_mirrored_machine_comes_to_its_end_as_soon(model: Any) -> None:
     """It turns clockwise, with its pendulums on the other side."""
     found = []
@@ -194,26 +128,6 @@ def test_a_mirrored_machine_comes_to_its_end_as_soon(model: Any) -> None:
     assert labels(backward) == labels(forward) == ["compensated"] * 2
     assert backward.settling_time == pytest.approx(forward.settling_time)
     assert backward.peak_amplitude == pytest.approx(forward.peak_amplitude, rel=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("changed", "model", "why"),
-    [
-        ({"drive": None}, "slow", "a rotor without a drive turns as it does at the start"),
-        (
-            {"drive": {"kind": "constant-torque", "torque": 1.0}, "set": {"a.bearing_damping": 0.0}},
-            "full",
-            "nothing but a limit",
-        ),
-        ({"bodies": [*SMOOTH["bodies"], BALL | {"release": {"speed": 40.0}}]}, "full", "bodies are released on the way"),
-    ],
-    ids=lambda x: x if isinstance(x, str) else "",
-)
-def test_why_members_are_run_up_one_by_one_is_said(changed: dict[str, Any], model: Any, why: str) -> None:
-    machine = machine_from({key: value for key, value in (SMOOTH | changed).items() if value is not None})
-    assert integration_note(EnsembleQuestion(machine, model=model)).startswith(
-        f"members are run up one by one, which is slower: {why}"
-    )
 
 
 @pytest.mark.parametrize(
@@ -237,20 +151,6 @@ def test_what_is_integrated_in_batches_has_the_labels_of_run_ups(changed: dict[s
     assert found.peak_amplitude[0] == pytest.approx(alone.observation.largest, rel=1e-3)
 
 
-def test_exciters_at_the_resonance_have_the_label_of_their_run_up() -> None:
-    bodies = [
-        {"kind": "rotor", "name": n, "mass": 1.0, "unbalance": 0.02, "inertia": 0.01, "bearing_damping": 1e-4} for n in "ab"
-    ]
-    drives = [{"on": n, "kind": "linear", "slope": 1e-3, "no_load_speed": w} for n, w in (("a", 100.5), ("b", 101.0))]
-    carrier = {"mass": 8.0, "directions": "x", "stiffness": 3500.0, "damping": 20.0}
-    machine = machine_from({"carrier": carrier, "bodies": bodies, "drives": drives})
-    starts = [{"a": 0.3}, {"a": 2.0}]
-    found = outcomes_of(EnsembleQuestion(machine, until=100.0, tolerance=1e-8), states(machine, starts), {})
-    assert (
-        labels(found) == [run_of(machine, s, "full", until=100.0).verdict.outcome.value for s in starts] == ["synchronised"] * 2
-    )
-
-
 def test_a_member_that_fails_is_told_and_disturbs_no_other() -> None:
     machine = pendulums(1.0)
     starts = states(machine, grid(2))
@@ -270,27 +170,6 @@ def test_a_member_that_only_passes_by_a_motion_that_goes_on_is_not_taken_for_it(
     assert labels(found) == [run_of(machine, start, "full", settled=True).verdict.outcome.value for start in starts]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("model", ["full", "slow"])
-def test_the_peak_is_seen_from_the_start_on(model: str) -> None:
-    # With the speed of its resonance and the bodies ahead of the unbalance it begins with its largest amplitude, or soon after.
-    machine = load_machine("drozdetskaya-2020/r1-u80")
-    start = {"drum": {"speed": 102.4}, "p1": {"angle": 1.0, "speed": 102.4}, "p2": {"angle": 2.0, "speed": 102.4}}
-    found = outcomes_of(EnsembleQuestion(machine, model=model), states(machine, [start]), {})
-    assert found.peak_amplitude[0] == pytest.approx(run_of(machine, start, model, settled=True).observation.largest, rel=2e-3)
-
-
-def test_a_parameter_that_is_zero_in_the_machine_asked_about_may_be_varied() -> None:
-    machine, start, gravity = load_machine("drozdetskaya-2020/r1"), {"p1": 0.3, "p2": -0.5}, np.array([0.0, 200.0])
-    each = [machine.with_values({"carrier.gravity": g}) for g in gravity.tolist()]
-    begun = np.concatenate([states(one, [start]) for one in each], axis=1)
-    found = outcomes_of(EnsembleQuestion(machine, ("carrier.gravity",)), begun, {"carrier.gravity": gravity})
-    for i, one in enumerate(each):
-        alone = run_of(one, start, "full", settled=True)
-        assert labels(found)[i] == alone.verdict.outcome.value
-        assert found.peak_amplitude[i] == pytest.approx(alone.observation.largest, rel=1e-3)
-
-
 def test_averaged_equations_are_those_of_the_sense_in_which_a_member_is_driven() -> None:
     machine, start = load_machine("drozdetskaya-2020/r1"), {"p1": 0.3, "p2": -0.5}
     path, speeds = "drive.no_load_speed", np.array([200.0, -150.0])
@@ -302,52 +181,11 @@ def test_averaged_equations_are_those_of_the_sense_in_which_a_member_is_driven()
         assert found.settling_time[i] == pytest.approx(alone.verdict.settling_time, rel=0.05)
 
 
-@pytest.mark.slow
-def test_a_start_far_above_the_free_speed_is_sampled_as_densely_as_it_asks() -> None:
-    machine = load_machine("drozdetskaya-2020/r1")
-    machine = machine.with_values({"p1.damping": 1e-3, "p2.damping": 1e-3})
-    start = {n: {"angle": a, "speed": 3000.0} for n, a in (("drum", 0.0), ("p1", 0.3), ("p2", -0.5))}
-    found = outcomes_of(EnsembleQuestion(machine), states(machine, [start]), {})
-    alone = run_of(machine, start, "full", settled=True)
-    assert labels(found) == [alone.verdict.outcome.value]
-    assert found.peak_amplitude[0] == pytest.approx(alone.observation.largest, rel=5e-3)
-
-
 def test_a_rotor_that_still_rises_beyond_its_resonance_has_passed() -> None:
     machine = load_machine("drozdetskaya-2020/table-3.1-carrier").with_values({"u": 3.0})
     start = {"rotor": {"angle": 1.0}}
     found = outcomes_of(EnsembleQuestion(machine, until=400 * math.pi), states(machine, [start]), {})
     assert labels(found) == [run_of(machine, start, "full", until=400 * math.pi).verdict.outcome.value] == ["passed"]
-
-
-@pytest.mark.slow
-def test_motions_that_go_on_are_known_again_on_unequal_supports(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where there is no frame to turn with: the motion runs over a torus, of which a few run-ups show all."""
-    pendulum = {"kind": "pendulum", "about": "drum", "mass": 0.125, "length": 0.104, "damping": 0.169}
-    drum = {"kind": "rotor", "name": "drum", "mass": 9.75, "eccentricity": 1e-3, "inertia": 0.03}
-    machine = machine_from(
-        {
-            "carrier": {"stiffness": [1.00e5, 1.01e5], "damping": 200.0},
-            "bodies": [drum, *(pendulum | {"name": n} for n in ("p1", "p2"))],
-            "drive": {"on": "drum", "kind": "linear", "slope": 0.02, "no_load_speed": 200.0},
-        }
-    )
-    closer: list[int] = []
-    classify_members = ensemble_run.classify_members
-
-    def counted(question: EnsembleQuestion, starts: np.ndarray, *rest: Any) -> MemberOutcomes:
-        closer.append(starts.shape[1])
-        return classify_members(question, starts, *rest)
-
-    monkeypatch.setattr(ensemble_run, "classify_members", counted)
-    starts = grid(5)
-    found = outcomes_of(EnsembleQuestion(machine), states(machine, starts), {})
-    assert sum(closer) <= 2
-    assert set(labels(found)) == {"captured-modulated", "compensated"}
-    for i in (0, 7, 12, 23):
-        motion = run_of(machine, starts[i], "full", settled=True)
-        assert labels(found)[i] == motion.verdict.outcome.value
-        assert found.peak_amplitude[i] == pytest.approx(motion.observation.largest, rel=2e-2)
 
 
 def test_a_modulation_of_two_cycles_is_not_classified_turn_by_turn(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,4 @@
-"""What is observed of members, in the full equations and in the averaged ones."""
+"""What is observed of members, in the full equations and in the averaged ones, and when."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import pytest
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.sampling.ensemble_equations import Variants, member_equations
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion
+from wucht.dynamics.sampling.screening_observer import PARTS, SAMPLES, DoublingSchedule
 from wucht.files.building import machine_from
 from wucht.numerics.flow.program import lower
 
@@ -79,3 +80,21 @@ def test_unbalance_and_distance_are_those_of_the_machine(stiffness: float | list
     _, _, residual, square = values_at(equations, variants, starts)
     expected = [abs(1e-3 + 0.1 * m * np.exp(0.4j)) / 1e-3 for m in (0.05, 0.2, 0.05)]
     assert residual[0] == pytest.approx(expected) and square == pytest.approx([25e-6] * 3)
+
+
+def test_each_chunk_is_as_long_as_all_before_and_its_samples_rise_to_its_end() -> None:
+    pace = DoublingSchedule.from_end(1000.0, 300.0)
+    assert pace.end == 1000.0 and pace.chunks == 3
+    begin = 0.0
+    for i, end in enumerate((250.0, 500.0, 1000.0)):
+        times = pace.times(i)
+        assert times[0] == begin and times[-1] == end and (np.diff(times) > 0).all()
+        assert len(times) - 1 == (SAMPLES if i else PARTS)
+        begin = end
+
+
+@pytest.mark.parametrize("cycles", [1, 2, 3, 5])
+def test_a_motion_of_the_samples_own_period_is_not_taken_for_rest(cycles: int) -> None:
+    times = DoublingSchedule(100.0, 3).times(2)[1:]
+    wave = np.sin(2 * np.pi * cycles * SAMPLES / (times[-1] - 200.0) * (times - 200.0) + 0.5)
+    assert np.ptp(wave) > 1.0

@@ -13,7 +13,6 @@ from wucht.dynamics.run_ups.run_variations import start_states, varied_quantity
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion, initial_states
 from wucht.dynamics.sampling.outcome_maps import MapAxis, OutcomeMap
 from wucht.dynamics.sampling.outcome_runs import OutcomeRuns
-from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
@@ -105,30 +104,3 @@ def test_parameters_move_the_place_of_rest() -> None:
     assert values["carrier.stiffness"].tolist() == [1.5e4, 2.5e4, 1.5e4, 2.5e4]
     row = machine.state_names.index("carrier.y")
     assert np.allclose(states[row], -3.1 * 9.81 / values["carrier.stiffness"])
-
-
-def test_cells_are_numbered_row_by_row() -> None:
-    map_ = outcome_map(R1, {"psi": [0.0, TURN, 3], "delta": [-1.0, 1.0, 2]})
-    x, y = map_.places(0, np.array([0, 3, 5]))
-    assert x == pytest.approx([math.pi / 3, math.pi / 3, 5 * math.pi / 3])
-    assert y == pytest.approx([-0.5, 0.5, 0.5]), "3 and 5 are in the second row"
-    assert map_.places(1, np.array([7]))[:, 0] == pytest.approx((math.pi / 2, -0.25))
-    assert map_.periodic == (False, True), "rows are those of delta"
-    assert map_.shape(1) == (4, 6)
-
-
-def test_what_takes_long_is_stored_in_small_units() -> None:
-    """Bodies that touch are each followed to the end: 272 runs are two units; the last step states the whole map."""
-    ball = {
-        "kind": "pendulum", "about": "drum", "mass": 0.05, "length": 0.1, "damping": 0.02, "track": "ring", "diameter": 0.01,
-    }  # fmt: skip
-    drum = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 1e-3, "inertia": 0.03}
-    machine = machine_from(
-        {
-            "carrier": {"mass": 9.0, "stiffness": 1e5, "damping": 200.0},
-            "bodies": [drum, ball | {"name": "a"}, ball | {"name": "b"}],
-            "drive": {"on": "drum", "kind": "linear", "slope": 0.05, "no_load_speed": 60.0},
-        }
-    )
-    levels = list(outcome_map(machine, {"a": [0.0, 1.0, 16], "b": [2.0, 4.0, 17]}, until=0.1).compute(0, Work()))
-    assert [level.runs for level in levels] == [256, 272, 272] and levels[-1].is_complete

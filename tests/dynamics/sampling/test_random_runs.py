@@ -7,9 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht import RunUp
-from wucht import run as ask
-from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_variations import varied_quantity
 from wucht.dynamics.sampling.distributions import REPLICATES
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion, MemberOutcomes
@@ -17,10 +14,7 @@ from wucht.dynamics.sampling.random_runs import ProbabilityPoint, RandomRuns
 from wucht.dynamics.verdicts.outcomes import OUTCOMES
 from wucht.dynamics.work import Work
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-
-R1 = load_machine("drozdetskaya-2020/r1")
 
 
 def random_runs(machine: Machine, along: str, names: list[str], start: dict[str, Any], **settings: Any) -> RandomRuns:
@@ -32,33 +26,6 @@ def random_runs(machine: Machine, along: str, names: list[str], start: dict[str,
 def members(names: list[str]) -> MemberOutcomes:
     unknown = np.ones(len(names))
     return MemberOutcomes(np.array([[str(o) for o in OUTCOMES].index(n) for n in names], np.int8), unknown, unknown, unknown)
-
-
-def test_each_run_starts_as_a_run_up_would() -> None:
-    """With the parameters and starts of its own sample; where the carrier rests follows."""
-    runs = random_runs(R1, "drive.slope", ["p2.speed", "carrier.x", "drum.eccentricity"], {"p1": 0.3})
-    samples = np.array([[0.0, 1.0, 4.0], [1e-3, -2e-3, 0.0], [1e-3, 0.8e-3, 1.3e-3]])
-    states, values = runs.members(0.015, samples)
-    assert {name: row.tolist() for name, row in values.items()} == {"drum.eccentricity": samples[2].tolist()}
-    question = runs.question_at(0.015)
-    assert question.varied_paths == ("drum.eccentricity",)
-    assert question.machine.values["drive.slope"] == 0.015
-    for m, (speed, x, eccentricity) in enumerate(samples.T):
-        alone = R1.with_values({"drive.slope": 0.015, "drum.eccentricity": eccentricity})
-        start = {"p1": 0.3, "p2": {"speed": speed}, "carrier": {"x": x}}
-        assert np.array_equal(states[:, m], initial_state(alone, start))
-
-
-@pytest.mark.slow
-def test_random_parameters_end_as_their_run_ups() -> None:
-    """Two weak and two strong drives, by the study ``run-up``: captured, and not."""
-    runs = random_runs(R1, "drum.eccentricity", ["drive.slope", "p1"], {}, model="slow")
-    samples = np.array([[6e-4, 1.2e-3, 0.0388, 0.0394], [0.3, 2.2, 1.1, 2.8]])
-    outcomes = [str(OUTCOMES[k]) for k in runs.outcomes(2e-3, samples, Work()).outcome]
-    assert outcomes == ["captured", "captured", "compensated", "compensated"]
-    for (slope, p1), outcome in zip(samples.T, outcomes, strict=True):
-        alone = R1.with_values({"drive.slope": slope, "drum.eccentricity": 2e-3})
-        assert ask(RunUp(start={"p1": p1}, model="slow"), alone).wucht.summary["outcome"] == outcome
 
 
 def rotor(drive: dict[str, Any]) -> Machine:

@@ -1,13 +1,17 @@
-"""What a search varies: keys of bodies, groups of them, single paths."""
+"""What a search varies, what it keeps, and where it looks next."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 import pytest
 
 from wucht import OptimiseBalancer, load_machine
 from wucht.dynamics.sampling.searches import (
+    Variable,
     balancer_names,
+    generations,
     is_pareto_optimal,
     spread_selection,
     values_at,
@@ -55,3 +59,38 @@ def test_spread_out_has_the_best_of_each_and_gaps_filled() -> None:
     chosen = spread_selection(np.stack([t, 1 - t], axis=1), 5)
     assert np.allclose(t[chosen], [0, 0.25, 0.5, 0.75, 1], atol=0.01)
     assert len(spread_selection(np.ones((7, 2)), 5)) == 1
+
+
+def test_a_search_leaves_what_is_not_feasible() -> None:
+    """The smallest of x^2 + y^2 and (x - 1)^2 + y^2 with x above 0.5: below there is none, or it is not a number."""
+    pytest.importorskip("pymoo")
+    rng, last = np.random.default_rng(1), list[np.ndarray]()
+
+    def value(number: int, shares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        assert ((shares >= 0) & (shares <= 1)).all() and number == len(last)
+        last.append(shares)
+        x, y = shares.T
+        objectives = np.column_stack([x**2 + y**2, (x - 1) ** 2 + y**2])
+        objectives[(x < 0.5) & (y < 0.5)] = np.nan
+        return objectives, (x >= 0.5) | (y < 0.5)
+
+    assert list(generations(12, rng.random((20, 2)), 2, 3, value)) == list(range(12))
+    assert np.mean(last[-1][:, 0] >= 0.5) > 0.85 > np.mean(last[0][:, 0] >= 0.5)
+    assert last[-1][:, 1].mean() < 0.2
+
+
+def variable(low: float, high: float, *paths: str) -> Variable:
+    return Variable("v", None, paths, low, high, "", "")
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "middle"), [(1.0, 10.0, math.sqrt(10.0)), (1.0, 9.99, 5.495), (-10.0, 10.0, 0.0), (0.0, 100.0, 50.0)]
+)
+def test_ranges_of_a_decade_are_searched_by_their_logarithm(low: float, high: float, middle: float) -> None:
+    of = variable(low, high)
+    assert of.value_at(np.array([0.0, 0.5, 1.0])) == pytest.approx([low, middle, high])
+    assert [of.share(x) for x in (low, middle, high)] == pytest.approx([0.0, 0.5, 1.0])
+
+
+def test_what_has_no_logarithm_lies_below_the_range() -> None:
+    assert variable(1.0, 100.0).share(0.0) == -1.0 and variable(1.0, 100.0).share(-3.0) == -1.0

@@ -64,11 +64,3 @@ def test_where_all_end_alike_there_are_none(inside: np.ndarray) -> None:
     none_known = indices(inside, np.ones(len(inside), bool), 2, 0.95, seed=0)
     assert none_known.used_points == 0
     assert np.isnan(none_known.total).all()
-
-
-def test_the_same_again() -> None:
-    at = cross_samples(64, 3, seed=0)
-    assert np.array_equal(at, cross_samples(64, 3, seed=0))
-    inside, known = at.sum(axis=1) > 1.4, np.zeros(len(at), bool)
-    one, other = (indices(inside, known, 3, 0.95, seed=0) for _ in range(2))
-    assert np.array_equal(one.first_off, other.first_off)

@@ -1,21 +1,17 @@
-"""How fast a parameter is swept, where a ramp is steep, and the averages of a leg, by hand."""
+"""How fast a parameter is swept, where a ramp is steep, and when it was too fast."""
 
 from __future__ import annotations
 
 import math
-from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 from tests.refusals import refused
 
-from wucht.dynamics.sweeps import moving
-from wucht.dynamics.sweeps.jumps import _Search, candidates
-from wucht.dynamics.sweeps.moving import Mover, Place, SweepLeg, _inertia, _response_time, moving_system, rate_unit, sweep_pace
+from wucht.dynamics.sweeps.jumps import Jump, candidates, hysteresis
+from wucht.dynamics.sweeps.moving import SweepLeg, _inertia, _response_time, is_too_fast, moving_system, sweep_pace
 from wucht.files.building import machine_from
 from wucht.machines.schedules import SCHEDULE_WORK
-from wucht.numerics.observers.energy_balance import EnergyBalance
 
 INERTIA, SLOPE, MASS = 0.1, 0.5, 4.0
 
@@ -86,20 +82,6 @@ def test_the_bounds_of_a_rate() -> None:
             pace(of, rate=rate)
 
 
-def test_the_unit_of_a_rate() -> None:
-    units: Any = SimpleNamespace(parameters={"k": SimpleNamespace(unit="N/m")}, units=SimpleNamespace(time="s"))
-    assert rate_unit(units, "k") == "N/m per s"
-    units = SimpleNamespace(parameters={"k": SimpleNamespace(unit="")}, units=SimpleNamespace(time=""))
-    assert rate_unit(units, "k") == "a unit of time"
-
-
-@pytest.mark.parametrize("speed", [50.0, -50.0])
-def test_a_modulation_is_a_share_of_the_speed_without_its_sign(speed: float) -> None:
-    leg = SweepLeg(None, 1.0, speed, speed - 1.0, speed + 1.5, 0.1, 0.0)  # type: ignore[arg-type]
-    assert leg.modulation == pytest.approx(0.05)
-    assert SweepLeg(None, 1.0, 0.0, -1.0, 1.0, 0.1, 0.0).modulation == 0.0  # type: ignore[arg-type]
-
-
 def test_the_work_of_a_changing_stiffness() -> None:
     """dV/dc dc/dt = x^2/2 times the rate; and the parameter is base + rate (t - origin)."""
     of = machine()
@@ -112,48 +94,6 @@ def test_the_work_of_a_changing_stiffness() -> None:
     definition = dict(system.definitions)[next(s for s, _ in system.definitions if s.name == "carrier.stiffness")]
     at = {s: {"sweep.base": 5.0, "sweep.rate": 2.0, "sweep.origin": 3.0}.get(s.name, 7.0) for s in definition.free_symbols}
     assert float(definition.subs(at)) == 5.0 + 2.0 * (7.0 - 3.0)
-
-
-def averaged(monkeypatch: pytest.MonkeyPatch, angle: Any, speed: Any) -> tuple[SweepLeg, list[dict[str, float]]]:
-    """A leg of 12.3 s from 5 s on, whose value goes from 100 to 200, and the values for which the axis' rest is sought."""
-    coordinate = SimpleNamespace(position=SimpleNamespace(name="phi"), velocity=SimpleNamespace(name="omega"))
-    given = list[dict[str, float]]()
-    machine = SimpleNamespace(rotor=SimpleNamespace(coordinate=coordinate), with_unchecked_values=given.append)
-    moved: Any = SimpleNamespace(machine=machine, path="c", compiled_system=None)
-    monkeypatch.setattr(moving, "axis_at_rest", lambda _: None)
-    monkeypatch.setattr(moving.AxisMotion, "of", lambda *_: SimpleNamespace(peaks=np.array([0.1, 0.25, 0.2])))
-    late = np.linspace(0.0, 12.3, 12 * 64 + 1)
-    rows = {"phi": angle(late), "omega": speed(late)}
-    place, end = (Place(t, v, (), (), EnergyBalance()) for t, v in ((5.0, 100.0), (17.3, 200.0)))
-    trajectory: Any = SimpleNamespace(time=5.0 + late)
-    leg = Mover(moved, lambda _: None)._average_turns(trajectory, rows, place, end, 100 / 12.3, 1e-9)
-    assert (leg.amplitude, leg.energy_residual, leg.place) == (0.25, 1e-9, end)
-    return leg, given
-
-
-TURN = 2 * math.pi
-
-
-@pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_averages_of_a_leg_over_its_whole_turns(monkeypatch: pytest.MonkeyPatch, sense: float) -> None:
-    """The speed rises by 2 %. Averages over a turn end from 1 s on; the last 11 turns count, and the value in their middle."""
-    rise = 0.02 / 12.3
-    leg, given = averaged(monkeypatch, lambda t: sense * TURN * (t + rise * t**2 / 2), lambda t: sense * TURN * (1 + rise * t))
-    assert leg.speed == pytest.approx(sense * TURN * (1 + rise * 6.8), rel=2e-4)
-    ends = sorted((sense * TURN * (1 + rise * 0.5), sense * TURN * (1 + rise * 11.8)))
-    assert (leg.low, leg.high) == pytest.approx(tuple(ends), rel=4e-4)
-    assert leg.value == pytest.approx(100.0 + 100 / 12.3 * 6.8, abs=1.0) and given == [{"c": leg.value}]
-
-
-def test_after_a_rotor_has_turned_back_its_turns_count_anew(monkeypatch: pytest.MonkeyPatch) -> None:
-    leg, _ = averaged(monkeypatch, lambda t: TURN * np.minimum(t, 12.0 - t), lambda t: TURN * np.where(t < 6.0, 1.0, -1.0))
-    assert leg.speed == pytest.approx(-TURN, rel=1e-6) and leg.high == pytest.approx(-TURN, rel=1e-2)
-
-
-def test_less_than_a_turn_has_one_mean_speed(monkeypatch: pytest.MonkeyPatch) -> None:
-    leg, _ = averaged(monkeypatch, lambda t: 0.1 * t + 0.01 * t**2, lambda t: 0.1 + 0.02 * t)
-    assert leg.speed == leg.low == leg.high == pytest.approx(0.1 + 0.123)
-    assert leg.value == pytest.approx(150.0)
 
 
 class Signals:
@@ -186,75 +126,40 @@ def test_the_legs_before_and_after_a_steep_place(way: float) -> None:
     ] == (15, 16), "the eight largest"
 
 
-class Settling:
-    """A machine held at a value, whose signal comes to its end after some windows."""
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_sweep_is_too_fast_by_the_size_of_its_speeds(sense: float) -> None:
+    """In either sense of rotation: where the speed changes by more than a hundredth of the largest one after the ramp."""
 
-    def __init__(self, signals: list[float], driven: bool = True) -> None:
-        coordinate = SimpleNamespace(prescribed_velocity=None if driven else 1.0)
-        self.moved_machine = SimpleNamespace(
-            pace=SimpleNamespace(response_time=3.0, turn=1.0, rate=1.0, samples=100, step=2.0),
-            machine=SimpleNamespace(rotor=SimpleNamespace(coordinate=coordinate)),
-        )
-        self.signals, self.windows = iter(signals), list[float]()
+    def leg(speed: float, modulation: float = 0.0) -> SweepLeg:
+        nowhere: Any = None
+        low, high = (sense * speed * (1 + share * modulation) for share in (-0.5, 0.5))
+        return SweepLeg(nowhere, 8.0, sense * speed, min(low, high), max(low, high), 1e-3, 0.0)
 
-    def signal(self, leg: Any) -> float:
-        return float(leg.speed)
-
-    def leg(self, place: Any, duration: float, to: float | None = None) -> Any:
-        self.windows.append(duration)
-        value = place.value if to is None else to
-        here = SimpleNamespace(time=place.time + duration, value=value)
-        return SimpleNamespace(place=here, speed=next(self.signals), low=1.0, high=2.0)
+    settled_leg = leg(5.0)
+    assert is_too_fast(settled_leg, [leg(5.06)]) and not is_too_fast(settled_leg, [leg(5.04)])
+    assert not is_too_fast(settled_leg, [leg(5.1, 0.04)]), "what swings is at no time at its mean"
+    assert not is_too_fast(settled_leg, [leg(600.0), leg(5.06)]), "small beside the largest speed"
+    assert not is_too_fast(settled_leg, []), "before the first ramp"
 
 
-def held(signals: list[float], wait: float = math.inf) -> tuple[Any, float | None, Any]:
-    mover: Any = Settling(signals)
-    leg, left = _Search(mover, after=20.0, tolerance=1e-4)._hold(SimpleNamespace(time=7.0, value=1.0), 2.0, 10.0, wait)
-    return leg, left, mover
+def jump(value: float, direction: str) -> Jump:
+    return Jump(value, 1.0, 2.0, direction, 0.1, 0.2, True, False, (value, value))
 
 
-def test_a_machine_stays_where_two_windows_in_a_row_change_nothing() -> None:
-    leg, left, mover = held([10.0, 10.1, 10.1, 10.2, 10.2, 10.2, 99.0])
-    assert left is None and leg.speed == 10.2 and len(mover.windows) == 6 and set(mover.windows) == {6.0}
-    assert leg.place.value == 2.0
-    _, left, _ = held([10.0, 10.0, 15.1])
-    assert left == pytest.approx(3 * 6.0), "nearer to the state after the jump, the time since it was moved"
-    leg, left, mover = held([10.0 + 0.1 * k for k in range(40)], wait=70.0)
-    assert left is None and len(mover.windows) == 12, "or it has stayed for longer than it is waited, eleven windows at least"
-
-
-@pytest.mark.parametrize("driven", [True, False])
-def test_modulations_overlap_in_the_speed_alone(driven: bool) -> None:
-    search = _Search(Settling([], driven), after=20.0, tolerance=1e-4)  # type: ignore[arg-type]
-    first, second, third = (SimpleNamespace(low=low, high=high) for low, high in ((1.0, 3.0), (2.9, 4.0), (3.1, 4.0)))
-    assert search.overlap(first, second) is driven  # type: ignore[arg-type]
-    assert search.overlap(second, first) is driven and not search.overlap(third, first)  # type: ignore[arg-type]
-
-
-def test_the_width_of_a_bracket() -> None:
-    """A share of the value, whichever sign it has, or of a thousandth of the range."""
-    search = _Search(Settling([]), after=20.0, tolerance=1e-4)  # type: ignore[arg-type]
-    assert [search._width(v) for v in (50.0, -50.0, 0.0, 0.1)] == pytest.approx([5e-3, 5e-3, 2e-5, 2e-5])
-
-
-def test_the_last_leg_at_which_it_stays_is_sought_twice_as_far_back_each_time() -> None:
-    legs = [SimpleNamespace(place=SimpleNamespace(value=float(k), time=0.0), speed=float(k)) for k in range(10)]
-
-    class Search(_Search):
-        def _hold(self, place: Any, value: float, before: float, wait: float) -> Any:
-            assert (place.value, before, wait) == (value, value, math.inf)
-            return f"held at {value}", None if value <= self.after else 5.0
-
-    def last(stays: float) -> Any:
-        return Search(Settling([]), stays, 1e-4).last_steady(legs)  # type: ignore[arg-type]
-
-    assert last(9.0) == ("held at 9.0", None, legs[9]) and last(8.5) == ("held at 8.0", None, legs[8])
-    assert last(7.9) == ("held at 6.0", None, legs[6]) and last(5.0) == ("held at 2.0", None, legs[2])
-    assert last(0.0) == ("held at 0.0", None, legs[0]) and last(-1.0) == ("held at 0.0", 5.0, legs[9])
-
-
-@pytest.mark.parametrize(("driven", "signal"), [(True, 5.0), (False, 0.25)])
-def test_the_signal_is_the_speed_or_where_that_is_prescribed_the_amplitude(driven: bool, signal: float) -> None:
-    moved: Any = Settling([], driven).moved_machine
-    leg: Any = SimpleNamespace(speed=5.0, amplitude=0.25)
-    assert Mover(moved, lambda _: None).signal(leg) == signal
+@pytest.mark.parametrize(
+    ("up", "down", "expected"),
+    [
+        ((140.0,), (120.0,), [120.0, 140.0]),
+        ((100.0, 140.0), (120.0, 130.0), [120.0, 140.0]),
+        ((100.0, 140.0), (90.0, 150.0), [90.0, 140.0]),
+        ((110.0,), (120.0,), None),
+        ((110.0,), (), None),
+        ((), (110.0,), None),
+        ((), (), None),
+    ],
+)
+def test_from_the_first_jump_down_to_the_last_one_up(
+    up: tuple[float, ...], down: tuple[float, ...], expected: list[float] | None
+) -> None:
+    jumps = [*(jump(v, "up") for v in up), *(jump(v, "down") for v in down)]
+    assert hysteresis(jumps) == expected

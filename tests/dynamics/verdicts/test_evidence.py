@@ -14,7 +14,6 @@ from motions import (
     growing,
     judged,
     modulated,
-    rigid,
     stands,
     steady,
     tenth,
@@ -22,7 +21,6 @@ from motions import (
     with_ball,
 )
 
-from wucht.analysis.vibration import Vibration
 from wucht.numerics.observers.projection import Course
 
 # --- the speed: settled or not ---
@@ -269,9 +267,3 @@ def test_a_residual_unbalance_may_fall_to_nothing_as_long_as_bodies_change_it_by
 
 
 # --- the machines of these tests ---
-
-
-def test_resonances_lie_where_they_are_said_to():
-    for of, at in ((beyond(), W / 2), (with_ball(), W / 2), (before(), 1.2 * W)):
-        assert Vibration.of(of).last_maximum(None, np.zeros(len(of.bodies))) == pytest.approx(at, rel=0.03)
-    assert not len(Vibration.of(rigid()).mass)

@@ -1,18 +1,13 @@
 """Bodies that lag, or go to and fro, by formulas: on both sides of every limit."""
 
 import math
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 from motions import END, W, about, growing, rigid, stands, steady, tenth, truth
 
 from wucht import RunUp, run
-from wucht.dynamics.verdicts.evidence import _Projections
-from wucht.dynamics.verdicts.lags import _windows_until_radian, is_undecided, lag_of
 from wucht.files.catalogue import load_machine
-from wucht.numerics.observers.turns import MARKS_PER_TURN
 
 
 def lagging(share, change=0.0):
@@ -151,21 +146,6 @@ def test_a_body_is_leaving_if_its_phase_will_have_moved_by_a_turn(part, stays):
 NEAR_ITS_LOSS = {"psi": 3.451, "delta": 0.087}
 
 
-@pytest.mark.parametrize(
-    ("sizes", "windows"),
-    [
-        (0.1 * 1.1 ** np.arange(4), math.log(10 / 1.1**3) / math.log(1.1)),
-        (0.1 * 0.9 ** np.arange(4), math.inf),
-        ([0.1, 0.2, 0.15, 0.3], math.inf),
-        ([0.1, 0.15, 0.17, 0.175], math.inf),  # it comes to a limit
-        (1e-9 * 1.1 ** np.arange(4), math.inf),  # rounding
-        ([0.5, 0.8, 1.5], 0.0),
-    ],
-)
-def test_a_difference_that_grows_alike_is_a_radian_at_last(sizes, windows):
-    assert _windows_until_radian(sizes, 1e-4) == pytest.approx(windows)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("u", "outcome"), [(3.0859, "compensated"), (3.05, "captured-modulated")])
 def test_a_modulation_in_which_the_pendulums_part_slowly_is_not_the_end(u: float, outcome: str) -> None:
@@ -176,39 +156,3 @@ def test_a_modulation_in_which_the_pendulums_part_slowly_is_not_the_end(u: float
     early = run(RunUp(until=5000.0, start=NEAR_ITS_LOSS, model="slow"), machine).wucht.summary
     assert early["outcome"] == ("unidentified" if outcome == "compensated" else outcome)
     assert outcome != "compensated" or 14_800 < float(early["advice"].split("until ")[1]) < 100_000
-
-
-@pytest.mark.parametrize("speed", [3.0, 40.0])
-@pytest.mark.parametrize("share", [-0.3, 0.2])
-def test_the_lag_is_a_share_of_the_speed_whatever_the_windows_are(speed, share):
-    """A body that turns slower or faster by a constant share: from borders in seconds as from tenths of the record."""
-    turns = np.arange(1, 2001)
-    at: Any = SimpleNamespace(
-        time=turns * 2 * math.pi / speed,
-        speed=np.full(2000, speed),
-        followers=np.full((1, 2000), (1 + share) * speed),
-        size=MARKS_PER_TURN,
-    )
-    noise: Any = SimpleNamespace(angle=1e-9, speed=1e-9)
-    for borders in (None, np.linspace(at.time[100], at.time[-1], 11)):
-        lag = lag_of(at, 0, speed, 100.0, borders, noise)
-        assert (lag.last, lag.low, lag.high) == pytest.approx((share, share, share), rel=1e-2)
-        assert not is_undecided(lag)
-
-
-@pytest.mark.parametrize(
-    ("intervals", "lags", "may_catch_up"),
-    [
-        ([(0.0, 0.0)], False, False),
-        ([(0.002, 0.003)], True, False),
-        ([(-0.003, -0.002)], True, False),
-        ([(0.0, 0.002)], False, True),
-        ([(-0.002, 0.0)], False, True),
-        ([(-0.003, -0.002), (0.0, 0.002)], True, False),
-    ],
-)
-def test_one_body_that_lags_for_certain_decides(intervals: list[tuple[float, float]], lags: bool, may_catch_up: bool) -> None:
-    every: Any = SimpleNamespace(lags=tuple(SimpleNamespace(low=low, high=high) for low, high in intervals))
-    every.asynchronous = _Projections.asynchronous.fget(every)  # type: ignore[attr-defined]
-    assert every.asynchronous is lags
-    assert _Projections.catching_up.fget(every) is may_catch_up  # type: ignore[attr-defined]

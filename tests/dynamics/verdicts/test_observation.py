@@ -1,24 +1,19 @@
-"""Distances of the axis, shares of bodies in unbalances and mean angles, and the fastest speed, by hand."""
+"""Distances of the axis, what adds to the unbalance, works and phases as they are observed."""
 
 from __future__ import annotations
 
 import math
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from motions import END, W, machine, seen, stands, with_balls
+from motions import END, W, machine, stands, with_balls
 
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import (
     AxisMotion,
     MotionObserver,
     advance_balance,
-    fastest_speed,
-    fastest_speeds,
-    motion_of,
-    weights_of,
 )
 from wucht.files.building import machine_from
 from wucht.machines.machine import DISSIPATED_WORK, SUPPLIED_WORK
@@ -27,17 +22,6 @@ from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.observers.energy_balance import EnergyBalance
 
 CARRIER = {"mass": 5.0, "stiffness": 1e3, "damping": 1.0}
-
-
-def exciters(first: float = 10.0, second: float = -10.0, **more: Any) -> Any:
-    """Rotors of 3 and 1 kg m^2 with unbalances of 20 and 10 g m, a pendulum of 4 g m about the second one."""
-    rotors = [
-        {"kind": "rotor", "name": n, "mass": 1.0, "unbalance": u, "inertia": j}
-        for n, u, j in (("a", 0.02, 3.0), ("b", 0.01, 1.0))
-    ]
-    ball = {"kind": "pendulum", "name": "p", "about": "b", "mass": 0.04, "length": 0.1, "damping": 0.01}
-    drives = [{"on": n, "kind": "linear", "slope": 0.1, "no_load_speed": s} for n, s in (("a", first), ("b", second))]
-    return machine_from({"carrier": CARRIER, "bodies": [*rotors, ball], "drives": drives} | more)
 
 
 def observer(of: Any) -> MotionObserver:
@@ -55,33 +39,6 @@ def test_the_distance_of_the_axis_and_its_rate() -> None:
     assert axis.peaks[1:3] == pytest.approx(axis.distance[:2], abs=1e-4), "of a fall the sample before"
     assert axis.distance.max() < 2.997
     assert axis.peaks.max() == pytest.approx(3.0, abs=1e-4), "between samples"
-
-
-@pytest.mark.parametrize(
-    ("place", "speed", "rests"), [(0.0, 0.0, True), (0.1, 0.0, False), (0.0, 0.1, False), (0.0, -0.1, False)]
-)
-def test_an_axis_that_begins_at_rest(place: float, speed: float, rests: bool) -> None:
-    time = np.array([0.0, 1.0])
-    assert AxisMotion(time, np.array([[place, 1.0]]), np.array([[speed, 1.0]])).begins_at_rest is rests
-
-
-def test_the_mean_angle_is_weighted_with_inertias_and_senses() -> None:
-    """The torques between rotors do not change it: about 3/4 of the first one's, less 1/4 of that which turns against it."""
-    second = 1.0 + 0.04 * 0.1**2
-    shares = np.array([3.0, second, 0.0]) / (3.0 + second)
-    assert observer(exciters())._common_shares == pytest.approx(shares * [1.0, -1.0, 1.0])
-    assert observer(exciters(second=10.0))._common_shares == pytest.approx(shares)
-    assert not len(observer(machine(CARRIER, with_balls("p")))._common_shares)
-
-
-def test_weights_are_shares_of_the_unbalance_of_the_rotor() -> None:
-    of = exciters()
-    a, b, _ = of.bodies
-    assert weights_of(of, a) == pytest.approx((1.0, 0.0, 0.0))
-    assert weights_of(of, b) == pytest.approx((1.0, 0.0, 0.4)), "the other rotor's do not count"
-    shares = observer(of)._shares
-    assert shares["a"].ravel() == pytest.approx([50.0, 0.0, 0.0])
-    assert shares["b"].ravel() == pytest.approx([0.0, 100.0, 100.0])
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
@@ -103,26 +60,6 @@ def test_a_mass_in_a_guide_adds_to_the_unbalance_of_its_rotor_as_it_moves_out(se
     assert of_first == pytest.approx(share) and of_second == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_the_fastest_speed(sense: float) -> None:
-    """Of all bodies, whichever way they turn, and of a prescribed speed."""
-    of = exciters()
-    rows = [of.row(body.coordinate.velocity) for body in of.bodies]
-    states = np.zeros((len(of.state_names), 2))
-    states[rows, 0], states[rows, 1] = sense * np.array([-3.0, 2.0, 1.0]), sense * np.array([1.0, 2.0, -4.0])
-    assert fastest_speeds(of, states).tolist() == [3.0, 4.0]
-    motion: Any = SimpleNamespace(time=np.array([0.0, 1.0]), states=states)
-    assert fastest_speed(of, motion) == 4.0
-    held = machine(CARRIER, with_balls("p"), {"on": "d", "kind": "constant-speed", "speed": sense * 9.0})
-    states = np.zeros((len(held.state_names), 2))
-    ball = held.body("p")
-    states[held.row(ball.coordinate.velocity)] = -5.0
-    motion = SimpleNamespace(time=np.array([0.0, 1.0]), states=states)
-    assert fastest_speeds(held, states).tolist() == [5.0, 5.0] and fastest_speed(held, motion) == 9.0
-    assert motion_of(held, motion, held.rotor)[1] == pytest.approx([sense * 9.0] * 2)
-    assert motion_of(held, motion, ball)[1] == pytest.approx([-5.0] * 2)
-
-
 def test_the_work_of_a_schedule_is_supplied() -> None:
     """1 J stored, 5 J supplied, 2 J by a schedule, 6 J lost; without the schedule 2 J are missing."""
     works = {SUPPLIED_WORK: np.array([0.0, 5.0]), DISSIPATED_WORK: np.array([0.0, 6.0]), SCHEDULE_WORK: np.array([0.0, 2.0])}
@@ -131,24 +68,6 @@ def test_the_work_of_a_schedule_is_supplied() -> None:
     assert residual == pytest.approx([0.0, 0.0])
     del works[SCHEDULE_WORK]
     assert abs(advance_balance(begun, np.array([0.0, 1.0]), works)[1][-1]) > 0.1
-
-
-def test_the_largest_distance_is_kept() -> None:
-    of = machine(CARRIER, with_balls("p"))
-    watch = observer(of)
-    first = seen(of, 5.0, lambda t: W * t, lambda t: W * t)
-    later = watch.update_from_samples(
-        SimpleNamespace(**vars(first) | {"largest": 0.5}),  # type: ignore[arg-type]
-        watch_samples(of, 5.0, 6.0),
-    )
-    assert later.largest == 0.5 and later.end_time == 6.0
-
-
-def watch_samples(of: Any, begin: float, end: float) -> Any:
-    from wucht.numerics.observers.turns import Samples
-
-    time = np.linspace(begin, end, 25)
-    return Samples.of(time, *((W * time, np.full(25, W)) for _ in of.bodies))
 
 
 @pytest.mark.parametrize("angle", [0.1, 1e-3])

@@ -63,13 +63,6 @@ def test_less_than_a_percent_is_compensated(left: float, expected: bool) -> None
     assert balanced.is_known.all() and (balanced.yes == expected).all()
 
 
-def test_rest_with_rounding_or_the_drift_of_the_tolerance_is_rest() -> None:
-    noise = np.random.default_rng(1).normal(size=(2, len(TIMES)))
-    rest = screen(of(1 + 1e-8 * noise[0], left=2e-5 + 1e-5 * TIMES / 400 + 1e-8 * noise[1]), free=1.0)
-    assert rest.has_settled.all() and rest.still.all() and rest.evidence.is_modulated.no.all()
-    assert rest.evidence.is_at_speed.yes.all() and rest.evidence.is_balanced.yes.all()
-
-
 @pytest.mark.parametrize(("tolerance", "limit"), [(1e-12, 1e-4), (1e-7, 1e-4), (1e-6, 3e-4), (1e-5, 1e-3), (1e-3, 1e-3)])
 @pytest.mark.parametrize("share", [0.95, 1.05])
 def test_how_far_the_tolerance_keeps_a_motion_at_rest_moving(tolerance: float, limit: float, share: float) -> None:
@@ -101,32 +94,8 @@ def test_outcomes_are_those_of_the_same_criteria() -> None:
     assert classify(alone) is Outcome.CAPTURED
 
 
-def test_a_modulation_is_not_told_from_samples() -> None:
-    half = of(0.6 * (1 + 3 * MODULATION_THRESHOLD * np.cos(2 * np.pi * TIMES / 1.5)))
-    rest = screening_of(*half, np.ones(2), Noise.of())
-    assert not rest.evidence.is_modulated.is_known.any()
-    whole = replace(rest.evidence, has_settled=np.ones(2, bool), resonance=np.full(2, 0.7))
-    assert [OUTCOMES[i] for i in classify_each(whole)] == [Outcome.UNIDENTIFIED] * 2
-
-
 @pytest.mark.parametrize("sense", [1, -1])
 @pytest.mark.parametrize(("turns", "expected"), [(5.9, False), (6.1, True)])
 def test_six_turns_are_needed(turns: float, expected: bool, sense: int) -> None:
     speed = sense * turns * 2 * np.pi / 400.0
     assert (screen(of(np.full(len(TIMES), speed))).has_settled == expected).all()
-
-
-@pytest.mark.parametrize("sense", [1, -1])
-@pytest.mark.parametrize("driven", [1, -1])
-def test_the_free_speed_counts_in_the_sense_in_which_the_rotor_turns(sense: int, driven: int) -> None:
-    evidence = screen(of(np.full(len(TIMES), float(sense))), free=float(driven)).evidence
-    assert (evidence.is_at_speed.yes == (sense == driven)).all()
-    assert (np.asarray(evidence.free_speed) == sense * driven).all()
-
-
-@pytest.mark.parametrize(("depth", "rises"), [(0.3, 0), (0.7, 20)])
-def test_a_rise_goes_from_a_quarter_below_the_middle_to_a_quarter_above(depth: float, rises: int) -> None:
-    """20 waves of a smaller depth than that of the first one, which goes from 0.5 to 1.5."""
-    wave = np.sin(2 * np.pi * TIMES / 20.0)
-    speed = 1 + 0.5 * np.where(TIMES < 20.0, wave, depth * wave)
-    assert (abs(screen(of(speed)).rises - rises) <= 1).all()

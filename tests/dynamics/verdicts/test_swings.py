@@ -2,13 +2,12 @@
 
 import math
 from functools import cache
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from motions import DECAYS, END, FIXED, LONGER, ROTOR, W, approaching, beyond, growing, judged, just_over, machine, seen, tenth
 
-from wucht.dynamics.verdicts.swings import mean_turning_evidence, swing_of, windows_to_rest
+from wucht.dynamics.verdicts.swings import mean_turning_evidence, swing_of
 
 STOP = 100.0
 
@@ -209,13 +208,6 @@ def test_of_what_turns_over_for_ever_nothing_more_is_told_by_a_longer_run(until,
     assert ("too short" in found.sentence) is told
 
 
-def test_what_turns_over_ever_less_is_given_its_time_until_it_only_swings():
-    found = judged(shaken(), swinging(lambda t: 8 * np.exp(-t / 600)), until=100.0, free=None)
-    assert found.outcome == "unidentified"
-    last = math.exp(-90 / 600)
-    assert found.needed_time == pytest.approx((100 + 600 * math.log(last / 0.45)), rel=0.015)
-
-
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 @pytest.mark.parametrize(("turns", "turning"), [(12.0, False), (12.6, True)])
 def test_a_rotor_that_turns_back_in_each_turn_turns_in_its_sense(sense, turns, turning):
@@ -239,34 +231,3 @@ def test_a_rotor_that_turns_back_in_each_turn_turns_in_its_sense(sense, turns, t
 def test_what_goes_through_more_than_a_turn_does_not_swing(sense, range_, swings):
     found = swing_of(braked(), seen(braked(), STOP, lambda t: sense * range_ * np.pi * np.sin(W * t)))
     assert (found is not None) is swings
-
-
-@pytest.mark.parametrize("power", [0.0, 0.5, 1.0])
-def test_tenths_until_a_falling_speed_is_zero(power):
-    """w' = -w^p over 10 s, seen in ten windows of equal angle: w^(1-p) falls evenly, or w by the factor e in each second."""
-    rate = 0.01 if power == 1.0 else 0.02
-    time = np.linspace(0.0, 10.0, 200_001)
-    speed = np.exp(-rate * time) if power == 1.0 else (1 - (1 - power) * rate * time) ** (1 / (1 - power))
-    angle = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(time))])
-    edges = np.interp(np.linspace(0.5, 1.0, 6) * angle[-1], angle, time)
-    means = np.diff(np.interp(edges, time, angle)) / np.diff(edges)
-    even = SimpleNamespace(time=np.interp(np.linspace(0.0, 1.0, 1001) * angle[-1], angle, time))
-    left = windows_to_rest(even, means)
-    exact = math.log(1e4) / rate if power == 1.0 else speed[-1] ** (1 - power) / ((1 - power) * rate)
-    assert left == pytest.approx(exact, rel=0.02)
-
-
-@pytest.mark.parametrize("means", [[5.0, 4.0, 4.0, 3.0, 2.0], [5.0, 4.0, 3.0, 2.0, 0.0], [5.0, 2.5, 1.5, 1.2, 1.1]])
-def test_a_speed_that_does_not_fall_to_zero_has_no_end(means):
-    """It rests or has come to zero already; or it falls with a power of itself above 1.3."""
-    assert windows_to_rest(SimpleNamespace(time=np.linspace(0, 1, 101)), np.array(means)) == math.inf
-
-
-def test_a_fall_too_small_to_show_its_law_is_taken_for_that_of_a_damper():
-    """By a fifth of a per cent from the first window to the last: ln(1e4) w/(change of w), in windows of a tenth."""
-    time = SimpleNamespace(time=np.linspace(0, 1, 1001))
-    means = np.linspace(1.0, 0.9981, 5)
-    window = 0.1 * 0.99  # of a hundred samples
-    assert windows_to_rest(time, means) == pytest.approx(window / 0.1 * 0.9981 / (0.0019 / 4) * math.log(1e4), rel=1e-6)
-    visible = np.sqrt(np.linspace(1.0, 0.99, 5))  # dry friction: the square falls evenly over the angle
-    assert windows_to_rest(time, visible) == pytest.approx(window / 0.1 * visible[-1] / (visible[-2] - visible[-1]), rel=0.02)

@@ -31,8 +31,6 @@ from motions import (
 
 from wucht.analysis.time_constants import run_up_time, runaway_limit
 from wucht.analysis.vibration import Vibration
-from wucht.dynamics.verdicts.outcomes import Evidence, Outcome
-from wucht.dynamics.verdicts.verdict import Verdict
 
 
 def held_at(share, decay=10.0):
@@ -288,19 +286,3 @@ def test_and_until_a_lag_is_known_to_two_percent_of_it(width, settled):
     found = judged(with_ball(), steady, ball)
     assert found.outcome == "balancer-captured"
     assert found.settled_within(1e-3) is settled
-
-
-@pytest.mark.parametrize(
-    ("speed", "free", "says"),
-    [
-        (126.0, 126.2, "the rotor reaches its speed, but bodies lag behind it"),
-        (106.0, 126.2, "brake it to 84 % of its speed without vibration"),
-        (106.0, -126.2, "brake it to 84 % of its speed without vibration"),
-        (106.0, None, "bodies lag behind it, captured there, and brake it"),
-    ],
-)
-def test_the_sentence_on_captured_bodies_says_how_far_the_rotor_gets(speed, free, says):
-    evidence = Evidence(turning=True, mean_speed=(speed, speed), free_speed=free)
-    sentence = Verdict(Outcome.BALANCER_CAPTURED, evidence, (0.0, 1.0), speed=speed).sentence
-    assert says in sentence
-    assert ("reaches its speed" in sentence) is (speed > 120)
