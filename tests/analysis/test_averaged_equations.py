@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,6 @@ from wucht.errors import InputError
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.machines.operation import has_damped_balancers
 from wucht.mechanics.lagrange import equations_of_motion
 from wucht.mechanics.rotating_bodies.solution import DISSIPATED_WORK, SUPPLIED_WORK, VIBRATION_WORK
 from wucht.numerics.flow.compiled_system import compile_system
@@ -194,17 +192,6 @@ def test_steady_states_of_table_5_1(case: str) -> None:
         assert (np.linalg.eigvals(jacobian).real > 0).sum() == 1
 
 
-@pytest.mark.slow
-def test_what_is_steady_in_the_first_order_stays_steady() -> None:
-    """The memory of the carrier is of what changes; on isotropic carriers the second order has no other terms."""
-    machine = load_machine("drozdetskaya-2020/table-5.1", {}).with_values({"u": 1.0})
-    steady = np.array([-1.0660861, -1.0660861, 0.7028953])  # type II, to the digits of cases.md
-    for inertia, state in ((False, steady), (True, np.append(steady, steady[[2, 2]]))):
-        first, second = (np.abs(rates(averaged_equations_of(machine, inertia, order), state)).max() for order in (1, 2))
-        assert first < 1e-8
-        assert second < 3 * first
-
-
 @pytest.mark.parametrize("inertia", [True, False])
 def test_energy_of_the_slow_motion_balances(inertia: bool) -> None:
     averaged_equations = averaged_equations_of(load_machine("drozdetskaya-2020/r1", {}), inertia)
@@ -297,40 +284,6 @@ def test_two_prescribed_rotors_have_no_common_speed() -> None:
     )
     with refused("machine", "b", code="no-common-speed"):
         averaged_equations_of(machine)
-
-
-def test_without_dampers_the_inertia_stays() -> None:
-    machine = load_machine("drozdetskaya-2020/r1", {})
-    free = machine_from(
-        {
-            "carrier": {"stiffness": 1e5, "damping": 200.0},
-            "bodies": [
-                {"kind": "rotor", "name": "drum", "mass": 9.75, "eccentricity": 1e-3, "inertia": 9.75e-4},
-                {"kind": "pendulum", "name": "p", "about": "drum", "mass": 0.1, "length": 0.1},
-            ],
-            "drive": {"on": "drum", "kind": "linear", "slope": 0.01, "no_load_speed": 250.0},
-        }
-    )
-    assert has_damped_balancers(machine)
-    assert not has_damped_balancers(free)
-    for order in (0, 3):
-        with refused("machine", f"order {order}", code="order"):
-            averaged_equations_of(machine, True, order)
-
-
-def test_held_at_a_speed_the_drive_does_not_matter() -> None:
-    """Without the work of the drive, which does depend on it, and which has a say in the sizes of the steps."""
-    machine = load_machine("drozdetskaya-2020/r1", {})
-    states = []
-    for slope in (1e-3, 1.0):
-        averaged_equations = averaged_equations_of(
-            machine.with_values({"drive.slope": slope}), inertia=True, has_fixed_speed=True
-        )
-        assert averaged_equations.system.state_names == ("p1.phase", "p2.phase", "p1.speed", "p2.speed")
-        start = np.array([0.5, -0.4, 150.0, 150.0])
-        motion = compile_system(replace(averaged_equations.system, quadratures=()))
-        states.append(integrate(motion, start, averaged_equations.values(150.0), np.linspace(0, 1, 20)).states)
-    assert np.array_equal(states[0], states[1])
 
 
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 1e-2, "inertia": 1.5e-2}

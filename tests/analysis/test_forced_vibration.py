@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from wucht.analysis.throw import largest_of, steady_throw
-from wucht.analysis.time_constants import highest_speed
-from wucht.analysis.vibration import ForcedVibration, Vibration, moments_along_guides, unbalance_scale, unbalances
+from wucht.analysis.vibration import ForcedVibration, Vibration, unbalance_scale, unbalances
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 
 TOTAL, STIFFNESS, DAMPING, UNBALANCE = 5.0, (2e4, 8e4), (30.0, 50.0), 0.02
@@ -143,12 +141,6 @@ def test_the_grid_is_dense_at_the_resonances_and_within_its_ends() -> None:
     assert ((grid > 95) & (grid < 100)).sum() < 10
 
 
-def test_equal_directions_have_one_pole() -> None:
-    one = ForcedVibration.of(machine(stiffness=2e4, damping=30.0), np.zeros(1)).poles
-    assert one == pytest.approx([complex(-3.0, math.sqrt(2e4 / TOTAL - 9.0))], rel=1e-9)
-    assert len(ForcedVibration.of(machine(), np.zeros(1)).poles) == 2
-
-
 def test_a_resonance_without_damping_in_the_range_and_excited() -> None:
     natural = [math.sqrt(k / TOTAL) for k in STIFFNESS]
     undamped = ForcedVibration.of(machine(damping=[0.0, 0.0]), np.zeros(1))
@@ -173,45 +165,12 @@ def test_the_throw_of_the_steady_vibration(sense: float) -> None:
         assert throw.acceleration == pytest.approx(90.0**2 * np.hypot(x, y).max(), rel=1e-5)
 
 
-def test_the_throw_along_y_alone_is_upright() -> None:
-    made = machine(directions="y", stiffness=STIFFNESS[1], damping=DAMPING[1])
-    throw = steady_throw(made, ForcedVibration.of(made, np.zeros(1)), 90.0)
-    assert throw is not None
-    assert throw.direction == pytest.approx(math.pi / 2)
-    z = UNBALANCE * 90**2 / abs(STIFFNESS[1] - TOTAL * 90**2 + 90j * DAMPING[1])
-    assert throw.stroke == pytest.approx(2 * z, rel=1e-9)
-
-
-def test_no_throw_without_units_a_moving_carrier_or_an_end() -> None:
-    without_units = load_machine("drozdetskaya-2020/table-3.1-laval")
-    assert steady_throw(without_units, ForcedVibration.of(without_units, np.zeros(1)), 1.5) is None
-    fixed = machine_from({"carrier": {"directions": "fixed"}, "bodies": [ROTOR]})
-    assert steady_throw(fixed, ForcedVibration.of(fixed, np.zeros(1)), 90.0) is None
-
-
 def test_unbalances_of_pivots_off_the_axis() -> None:
     """A pivot adds its mass to the body it turns with, where it sits."""
     off = BALL | {"suspension": [0.03, 0.04]}
     made = machine(bodies=(ROTOR, off))
     assert unbalances(made) == pytest.approx([UNBALANCE + 0.1 * (0.03 + 0.04j), 0.1 * 0.08])
     assert unbalance_scale(made, made.rotor) == pytest.approx(abs(UNBALANCE + 0.1 * (0.03 + 0.04j)))
-
-
-def test_the_scale_of_unbalances_without_one_of_the_rotor() -> None:
-    light, heavy = BALL | {"name": "a"}, BALL | {"name": "b", "length": 0.3}
-    balanced = machine(bodies=(ROTOR | {"unbalance": 0.0}, light, heavy))
-    assert unbalance_scale(balanced, balanced.rotor) == pytest.approx(0.1 * 0.3)
-    none = machine(bodies=(ROTOR | {"unbalance": 0.0},))
-    assert unbalance_scale(none, none.rotor) == 1.0
-
-
-def test_a_mass_that_slides_outward_changes_the_unbalance_of_its_body_alone() -> None:
-    switchable = {
-        "kind": "switchable-pendulum", "name": "p", "about": "drum", "mass": 0.3, "damping": 0.02, "moving_mass": 0.2,
-        "inner_stop": 0.05, "outer_stop": 0.09, "stiffness": 300.0, "preload": 20.0,
-    }  # fmt: skip
-    assert moments_along_guides(machine(bodies=(ROTOR, BALL, switchable))).tolist() == [0.0, 0.0, 0.2]
-    assert moments_along_guides(load_machine("drozdetskaya-2020/table-3.1-laval")).tolist() == [0.0]
 
 
 def test_the_largest_of_a_vector_that_is_sampled_seldom() -> None:
@@ -223,14 +182,6 @@ def test_the_largest_of_a_vector_that_is_sampled_seldom() -> None:
     assert largest_of(turned) == pytest.approx(3.0, rel=0.01)
     assert largest_of(np.array([np.zeros(5), [0, -1, -4, -1, 0.0]])) == pytest.approx(4.0)
     assert largest_of(np.zeros((2, 5))) == 0.0
-
-
-def test_no_run_ends_below_all_resonances() -> None:
-    """20 times the highest natural frequency, of 126 rad/s; at least 3000 rad/s; without units nowhere."""
-    stiff, soft = machine(stiffness=[2e4, 4e5]), machine(stiffness=[2e2, 2e2])
-    assert highest_speed(stiff) == pytest.approx(20 * math.sqrt(4e5 / TOTAL))
-    assert highest_speed(soft) == pytest.approx(3000.0)
-    assert highest_speed(load_machine("drozdetskaya-2020/table-3.1-laval")) == math.inf
 
 
 @SENSES

@@ -76,9 +76,7 @@ def test_the_carrier_of_a_steady_rotation_follows_its_own_equation(speed: float,
 
 
 MOTIONS = {
-    "captured": ("drozdetskaya-2020/r2", {}, 1),
     "second order": ("drozdetskaya-2020/r2", {}, 2),
-    "screen": ("practice/screen", {}, 1),
     "unequal directions": ("sperling-rollers/table-1", {}, 1),
     "shaken": ("sperling-vibration/figure-2a", {}, 1),
 }
@@ -111,36 +109,6 @@ def test_velocities_are_the_rates_of_positions_while_the_slow_motion_goes_on(cas
     assert set(full) == set(machine.state_names)
 
 
-def ramped(rate: float) -> Machine:
-    """A drum whose prescribed speed grows: the averaged equations depend on time itself."""
-    return machine_from(
-        {
-            "carrier": {"directions": "xy", "stiffness": 1e5, "damping": 200.0},
-            "bodies": [
-                {"kind": "rotor", "name": "drum", "mass": 9.75, "eccentricity": 1e-3, "inertia": 0.0338},
-                PENDULUM | {"name": "p1"},
-            ],
-            "drive": {"kind": "constant-speed", "speed": 90.0},
-            "schedules": [{"parameter": "drive.speed", "points": [[0.0, 90.0], [1.0, 90.0 + rate]]}],
-        }
-    )
-
-
-def test_velocities_while_a_prescribed_speed_grows() -> None:
-    """Near the resonance at 100 rad/s the amplitude grows with the time as much as with the state."""
-    averaged_equations = averaged_equations_of(ramped(40.0), True)
-    step = 2e-5
-    time = 0.2 + step * np.arange(9)
-    start = averaged_equations.state({"drum": 0.0, "p1": 0.5}, {"drum": 98.0, "p1": 98.0})
-    run = integrate(compile_system(averaged_equations.system, 1e-13), start, averaged_equations.values(), time)
-    full = rebuilt(averaged_equations, time, run.states, run.quadratures["rotor_angle"])
-    for q, v in (("carrier.x", "carrier.vx"), ("carrier.y", "carrier.vy")):
-        x = full[q]
-        fourth = (x[:-4] - 8 * x[1:-3] + 8 * x[3:-1] - x[4:]) / (12 * step)
-        # z' is about 3 % of w z, and half of it comes from the time itself.
-        assert np.abs(fourth - full[v][2:-2]).max() < 2e-6 * 98.0 * np.abs(x).max()
-
-
 def test_the_static_position_is_added() -> None:
     machine = drum(carrier={"gravity": 9.81, "mass": 1.0})
     slow, state = steady(machine, 150.0, {"p1": 1.0, "p2": 2.0})
@@ -170,22 +138,6 @@ def test_at_rest_nothing_is_fast() -> None:
     assert {n: float(v[0]) for n, v in full.items()} == pytest.approx(
         dict.fromkeys(full, 0.0) | {"drum.angle": 0.3, "p1.angle": 0.8, "p2.angle": -0.2}, abs=1e-15
     )
-
-
-def test_a_held_speed() -> None:
-    averaged_equations = averaged_equations_of(drum(), True, has_fixed_speed=True)
-    state = averaged_equations.state({"drum": 0.0, "p1": 0.5, "p2": 1.0}, {"drum": 70.0, "p1": 70.0, "p2": 70.0})
-    full = dict(
-        zip(
-            averaged_equations.machine.state_names,
-            states_with_fast_parts(averaged_equations, np.zeros(1), state[:, None], np.zeros(1), speed=70.0),
-            strict=True,
-        )
-    )
-    free, same = steady(drum(), 70.0, {"p1": 0.5, "p2": 1.0})
-    expected = rebuilt(free, np.zeros(1), same[:, None], np.zeros(1))
-    assert full["carrier.x"] == pytest.approx(expected["carrier.x"])
-    assert full["drum.speed"] == pytest.approx(70.0)
 
 
 @pytest.mark.parametrize("sense", [1, -1])

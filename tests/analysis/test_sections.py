@@ -44,11 +44,6 @@ def test_bodies_that_differ_do_not_keep_together(change: dict[str, float], inert
         section_of(averaged_equations, True)
 
 
-def test_angles_of_a_section_are_its_phases() -> None:
-    assert {s.name for s in section_of(without_inertia(), True).system.angles} == {"psi"}
-    assert {s.name for s in section_of(without_inertia(), None).system.angles} == {"p1", "p2"}
-
-
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_a_speed_that_a_drive_prescribes_is_that_of_the_section(sense: float) -> None:
     """Signed, for every state; the phases alone are its axes."""
@@ -90,16 +85,6 @@ def test_a_section_has_the_machines_senses(sense: float) -> None:
     here = Evaluator.of_rates(made.system).array(np.zeros(2), states, made.system.values(made.values))
     whole = Evaluator.of_rates(made.whole).array(np.zeros(2), made.embedding @ states, made.whole.values(made.values))
     assert made.embedding @ here == pytest.approx(whole, rel=1e-9)
-
-
-def test_a_section_of_clockwise_motion_is_the_mirror_image() -> None:
-    one, other = (section_of(without_inertia(sense), True) for sense in (1.0, -1.0))
-    states = np.array([[0.4, 2.0], [90.0, 50.0]])
-    rates = [
-        Evaluator.of_rates(s.system).array(np.zeros(2), sign * states, s.system.values(s.values))
-        for s, sign in ((one, 1.0), (other, -1.0))
-    ]
-    assert rates[1] == pytest.approx(-rates[0], rel=1e-9)
 
 
 def test_directions_out_of_a_section_are_those_of_unequal_phases() -> None:

@@ -8,7 +8,6 @@ import pytest
 
 from wucht import parts
 from wucht.analysis.switching import (
-    preload_for,
     switchable,
     switching,
     with_rigid_pendulums,
@@ -92,13 +91,6 @@ def test_the_speed_after_opening_keeps_the_angular_momentum() -> None:
     assert rows["p1.displacement"].max() > 0.052
     out = rows["p1.displacement"] >= 0.052
     assert rows["p1.speed"][out] == pytest.approx(150.5 * before / after, rel=5e-3)
-
-
-def test_preloads_open_at_any_speed() -> None:
-    machine = load_machine("drozdetskaya-2020/switchable-pendulums")
-    p = switchable(machine)[1]
-    changed = machine.with_values({"p2.preload": preload_for(machine, p, 133.0), "p2.inner_stop": R_I})
-    assert switching(changed, p).opening == pytest.approx(133.0, rel=1e-12)
 
 
 def test_rigid_pendulums_have_the_masses_at_the_outer_stops() -> None:

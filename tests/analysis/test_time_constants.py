@@ -33,26 +33,6 @@ def test_the_slowest_is_the_drive_the_carrier_or_a_slipping_body():
     assert slowest_decay(slipping, FREE) == pytest.approx(1e-3 * 0.1**2 / 1e-8, rel=1e-3)
 
 
-def test_a_run_up_on_a_straight_characteristic():
-    """J w' = slope (free - w), until half a percent is missing."""
-    assert run_up_time(machine(), 0.0) == pytest.approx(INERTIA / SLOPE * math.log(200), rel=2e-2)
-    assert run_up_time(machine(), 100.0) == pytest.approx(INERTIA / SLOPE * math.log(100), rel=2e-2)
-    assert run_up_time(machine(drive=LINEAR | {"no_load_speed": -FREE}), 0.0) == pytest.approx(run_up_time(machine(), 0.0))
-    assert run_up_time(machine(), 199.5) == 0.0
-    assert run_up_time(machine(drive={"kind": "constant-speed", "speed": FREE}), 0.0) == 0.0
-
-
-def test_a_drive_that_nothing_holds_takes_its_time_to_the_limit():
-    """20 times the natural frequency of 100 rad/s is less than 3000 rad/s."""
-    free = machine(drive={"kind": "constant-torque", "torque": 0.5})
-    assert runaway_limit(free) == pytest.approx(3000.0)
-    assert run_up_time(free, 0.0) == pytest.approx(INERTIA * 3000 / 0.5, rel=1e-6)
-    assert runaway_limit(machine(carrier=CARRIER | {"stiffness": 4e5}, drive={"kind": "constant-torque", "torque": 0.5})) == (
-        pytest.approx(20 * math.sqrt(4e5 / MASS), rel=1e-6)
-    )
-    assert runaway_limit(machine()) is None
-
-
 def test_a_rotor_in_gravity_swings_as_a_pendulum():
     heavy = machine(bodies=[ROTOR | {"unbalance": 0.05}], carrier={"directions": "fixed", "gravity": 9.81})
     assert swing_frequency(heavy) == pytest.approx(np.sqrt(9.81 * 0.05 / INERTIA), rel=1e-9)

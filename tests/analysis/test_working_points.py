@@ -72,13 +72,6 @@ def test_the_surplus_of_the_drive_over_the_vibration(sense):
     assert surplus[0] > 0 > surplus[2]
 
 
-def test_bodies_that_compensate_leave_the_drive_all_of_its_torque():
-    driven = machine([ROTOR | {"unbalance": 0.01}, BALL], drive=LINEAR)
-    w = np.array([20.0, 50.0])
-    surplus = torque_surplus(driven, Vibration.of(driven), np.array([0.0, np.pi]), w)
-    assert surplus == pytest.approx(SLOPE * (FREE - w) - 1e-3 * w, rel=1e-9)
-
-
 # --- a motor and a fan, with nothing that vibrates ---
 
 FIXED = {"directions": "fixed"}
@@ -111,14 +104,6 @@ def test_the_working_point_of_a_fan(sense):
     assert load_slope == pytest.approx(2e-4 * np.abs(w))
     assert curves.surplus(w)[0] == pytest.approx(drive - load)
     assert curves.surplus(w)[1] == pytest.approx(drive_slope - load_slope)
-
-
-def test_the_grid_has_both_ends_and_is_dense_at_standstill():
-    grid = balance(-20.0, 100.0, drive=LINEAR).grid
-    assert (grid[0], grid[-1]) == (-20.0, 100.0)
-    assert (np.diff(grid) > 0).all()
-    assert np.isin(np.linspace(-20, 100, 51), grid).all()
-    assert np.abs(grid[grid != 0]).min() == pytest.approx(100 * 1e-5)
 
 
 @pytest.mark.parametrize(("level", "speeds"), [(0.5, []), (1.0, [(20.0, False, True)]), (1.2, [None, None])])

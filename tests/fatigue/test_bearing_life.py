@@ -45,13 +45,6 @@ def test_two_levels_by_hand(p: float) -> None:
     assert duty.life(rating) == pytest.approx(50 / damage / 3600, rel=1e-12)
 
 
-def test_backwards_counts_as_forwards() -> None:
-    there, back = steps(BearingDuty(3.0), (4.0, 100.0, 30.0)), steps(BearingDuty(3.0), (4.0, 100.0, -30.0))
-    assert there == back
-    both = steps(BearingDuty(3.0), (4.0, 100.0, 30.0), (4.0, 100.0, -30.0))
-    assert both.equivalent_load == pytest.approx(100.0) and both.speed == pytest.approx(there.speed)
-
-
 def test_what_does_not_turn_or_bears_nothing_has_no_life() -> None:
     still = steps(BearingDuty(3.0), (4.0, 100.0, 0.0))
     assert (still.equivalent_load, still.life(BearingRating(1e3)), still.speed) == (None, None, 0.0)

@@ -15,18 +15,6 @@ def cycles(*rows: tuple[float, float, float]) -> LoadCycles:
     return LoadCycles(*np.array(rows, float).reshape(-1, 3).T)
 
 
-def test_a_cycle_between_two_values() -> None:
-    made = LoadCycles.from_extremes(np.array([-1.0, 5.0]), np.array([3.0, -2.0]), np.array([1, 2]))
-    assert made.ranges.tolist() == [4.0, 7.0]
-    assert made.means.tolist() == [1.0, 1.5]
-    assert made.total == 3
-    assert made.largest == 7
-    joined = made.join(cycles((2.0, -4.0, 0.5)))
-    assert joined.ranges.tolist() == [4.0, 7.0, 2.0]
-    assert joined.means.tolist() == [1.0, 1.5, -4.0]
-    assert joined.counts.tolist() == [1.0, 2.0, 0.5]
-
-
 def test_no_cycles_are_none_everywhere() -> None:
     none = LoadCycles.empty()
     rows, row = none.group_by_range(1.0)
@@ -37,13 +25,6 @@ def test_no_cycles_are_none_everywhere() -> None:
     assert not matrix.counts.any()
 
 
-def test_how_many_cycles_are_at_least_so_large() -> None:
-    """The range itself counts, to rounding; above the largest there is none."""
-    some = cycles((3.0, 0.0, 1.0), (1.0, 0.0, 4.0), (2.0, 0.0, 0.5))
-    at = np.array([0.0, 1.0, 1.1, 2.0, 3.0 * (1 + 1e-12), 3.1])
-    assert some.cumulative_frequency(at).tolist() == [5.5, 5.5, 1.5, 1.5, 1.0, 0.0]
-
-
 def test_ranges_of_one_class_are_one_cycle_of_their_mean() -> None:
     """Classes of width 2: 0 to 2, 2 to 4, 6 to 8; the one from 4 to 6 is empty. A range on an edge is in the class above it."""
     some = cycles((7.0, 5.0, 1.0), (1.0, 2.0, 3.0), (2.0, 1.0, 1.0), (1.8, 6.0, 1.0), (3.0, 4.0, 3.0))
@@ -52,13 +33,6 @@ def test_ranges_of_one_class_are_one_cycle_of_their_mean() -> None:
     assert rows.ranges.tolist() == pytest.approx([(3 * 1.0 + 1.8) / 4, (2.0 + 3 * 3.0) / 4, 7.0])
     assert rows.means.tolist() == pytest.approx([(3 * 2.0 + 6.0) / 4, (1.0 + 3 * 4.0) / 4, 5.0])
     assert rows.counts.tolist() == [4.0, 4.0, 1.0]
-
-
-def test_equal_ranges_are_one_cycle_whatever_their_means() -> None:
-    rows, row = cycles((2.0, 1.0, 1.0), (5.0, 0.0, 1.0), (2.0, -3.0, 3.0)).group_by_range()
-    assert row.tolist() == [0, 1, 0]
-    assert rows.ranges.tolist() == [2.0, 5.0]
-    assert rows.means.tolist() == [-2.0, 0.0]
 
 
 def test_a_matrix_of_ranges_and_means() -> None:

@@ -80,11 +80,6 @@ def test_a_stepped_table_has_its_amplitudes_alone() -> None:
     assert rows.counts == pytest.approx([1e5 - 1e3, 1e3 - 10, 10.0])
 
 
-def test_amplitudes_at_shares_of_the_cycles() -> None:
-    cycles = of([1.0, 3.0, 2.0], [6.0, 1.0, 3.0])
-    assert amplitudes_at(cycles, np.array([0.0, 0.1, 0.11, 0.4, 0.41, 1.0])).tolist() == [3.0, 3.0, 2.0, 2.0, 1.0, 1.0]
-
-
 def test_the_distance_of_amplitudes() -> None:
     """All larger by a tenth of the largest: 0.1; one of four cycles larger by 2 of 4: 0.125; twice as many of all: 0."""
     one = of([1.0, 2.0, 4.0], [1.0, 2.0, 1.0])

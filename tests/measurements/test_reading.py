@@ -1,9 +1,6 @@
 """Which file is read how: text, sound, universal, TDMS and MDF files."""
 
-import importlib
 import os
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,15 +10,8 @@ from nptdms import ChannelObject, TdmsWriter
 from scipy.io import wavfile
 from tests.refusals import refused
 
-from wucht.measurements.reading import _check_within_record, read_recording, read_sound
+from wucht.measurements.reading import read_recording, read_sound
 from wucht.measurements.recording import SPEED_UNIT
-
-
-@pytest.mark.parametrize("ending", ["csv", "TXT", "tsv", "asc"])
-def test_text(tmp_path, ending):
-    path = tmp_path / f"r.{ending}"
-    path.write_text("0 1\n1 2\n")
-    assert read_recording(path).channel("2").values.tolist() == [1, 2]
 
 
 def test_an_unknown_ending(tmp_path):
@@ -75,19 +65,6 @@ def test_a_universal_file_of_nothing(tmp_path):
         read_recording(path)
 
 
-@pytest.mark.parametrize("ending", [".uff", ".tdms", ".mf4"])
-def test_a_library_that_is_not_there(tmp_path, monkeypatch, ending):
-    path = tmp_path / f"r{ending}"
-    path.write_text("")
-
-    def none(name):
-        raise ImportError(name)
-
-    monkeypatch.setattr(importlib, "import_module", none)
-    with refused(f"r{ending}", "wucht[measure]", given=None):
-        read_recording(path)
-
-
 @pytest.mark.parametrize(("kind", "full"), [(np.int16, 2**15), (np.int32, 2**31), (np.float32, 1.0), (np.float64, 1.0)])
 def test_full_scale_is_one(tmp_path, kind, full):
     path = tmp_path / "r.wav"
@@ -103,15 +80,6 @@ def test_eight_bits_have_their_zero_in_the_middle(tmp_path):
     path = tmp_path / "r.wav"
     wavfile.write(path, 8000, np.array([0, 128, 192], np.uint8))
     assert read_sound(path).channel("1").values.tolist() == [-1, 0, 0.5]
-
-
-def test_it_has_no_unit(tmp_path):
-    path = tmp_path / "r.wav"
-    wavfile.write(path, 1000, np.array([0.1, 0.2], np.float32))
-    channel = read_sound(path).channel("1")
-    with refused("r.wav: 1", code="full-scale"):
-        channel.to_si(SPEED_UNIT)
-    assert channel.with_scale(1000, "rpm").to_si(SPEED_UNIT).values == pytest.approx([10.472, 20.944], rel=1e-4)
 
 
 def test_it_has_samples(tmp_path):
@@ -180,14 +148,6 @@ def test_uneven_times_in_another_unit(tmp_path, binary):
     assert channel.values == pytest.approx(x**2)
 
 
-def test_names_that_are_none_or_twice_the_same(tmp_path):
-    path = tmp_path / "r.uff"
-    write(path, {"data": T}, {"id1": "x", "data": T}, {"id1": "x", "data": 2 * T}, {"id1": "y", "data": T})
-    found = read_recording(path)
-    assert found.names == ("1", "2", "3", "y")
-    assert found.channel("3").values == pytest.approx(2 * T)
-
-
 def test_spectra_are_passed_over(tmp_path):
     path = tmp_path / "r.uff"
     write(path, {"func_type": 4, "abscissa_spec_data_type": 18, "data": T * 1j, "ord_data_type": 6})
@@ -246,13 +206,6 @@ def test_text_is_no_channel_of_numbers(tmp_path):
     assert read_recording(path).channel("y").values.tolist() == VALUES.tolist(), "it does not hinder the others"
 
 
-def test_what_is_no_tdms(tmp_path):
-    path = tmp_path / "bad.tdms"
-    path.write_text("hello")
-    with refused("bad.tdms", "TDMS", code="unreadable"):
-        read_recording(path)
-
-
 SLOW, FAST = np.array([0.5, 0.6, 0.9]), np.arange(6) / 20
 
 
@@ -281,28 +234,3 @@ def test_groups_of_mdf_with_channels_of_one_name(tmp_path):
     found = read_recording(path)
     assert found.names == ("0/x", "1/x")
     assert found.channel("1/x").values.tolist() == [4, 5, 6]
-
-
-def test_text_is_no_channel_of_numbers_in_mdf(tmp_path):
-    path = tmp_path / "r.mf4"
-    write_mdf(path, [("state", SLOW, np.array([b"on", b"off", b"on"]), ""), ("x", SLOW, [1.0, 2, 3], "")])
-    with refused("r.mf4: state", code="no-numbers"):
-        read_recording(path).channel("state")
-
-
-def test_a_channel_beyond_its_record_is_not_read() -> None:
-    """In a damaged MDF file; 64 bits from the byte 8 of a record of 16 bytes on are its last."""
-
-    def group(offset: int, bits: int, **size: int) -> Any:
-        clock = SimpleNamespace(name="time", byte_offset=0, bit_count=64)
-        return SimpleNamespace(
-            channel_group=SimpleNamespace(**size),
-            channels=[clock, SimpleNamespace(name="force", byte_offset=offset, bit_count=bits)],
-        )
-
-    for offset, bits in ((8, 64), (15, 8), (500, 0)):
-        _check_within_record(group(offset, bits, samples_byte_nr=16), (1, 0))
-    _check_within_record(group(500, 64), (1, 0))
-    for offset, bits in ((9, 64), (8, 65), (16, 1)):
-        with pytest.raises(ValueError, match="force lies beyond its record"):
-            _check_within_record(group(offset, bits, samples_byte_nr=16), (0, 1))

@@ -41,16 +41,6 @@ def test_the_exact_time_of_a_speed(engine):
     assert run.time[-1] == 30.0  # an event without consequence stops nothing
 
 
-def test_the_threshold_may_be_a_parameter():
-    threshold = sp.Symbol("threshold", real=True)
-    system = System(MOTOR.states, MOTOR.derivatives, (*MOTOR.parameters, threshold))
-    for speed in (20.0, 150.0, 199.0):
-        run = run_with(
-            system, (Event("there", w - threshold),), [0.0], MOTOR_VALUES | {"threshold": speed}, np.array([0.0, 30.0])
-        )
-        assert run.hits[0].time == pytest.approx(run_up_time(speed), abs=1e-9)
-
-
 def test_a_terminal_event_ends_the_run(engine):
     grid = np.linspace(0, 30, 301)
     run = run_with(MOTOR, (Event("150", w - 150, terminal=True), Event("never", w - 500)), [0.0], MOTOR_VALUES, grid, engine)
@@ -62,17 +52,7 @@ def test_a_terminal_event_ends_the_run(engine):
     assert [h.name for h in run.hits] == ["150"]
 
 
-@pytest.mark.parametrize(
-    ("direction", "expected"),
-    [(+1, [0.75 * TURN, 1.75 * TURN]), (-1, [0.25 * TURN, 1.25 * TURN]), (0, [k * TURN / 4 for k in (1, 3, 5, 7)])],
-)
-def test_direction(engine, direction, expected):
-    """x = cos t falls through zero at a quarter turn and rises at three quarters."""
-    run = run_with(OSCILLATOR, (Event("zero", x, direction),), [1.0, 0.0], [], np.linspace(0, 2 * TURN, 50), engine)
-    assert [h.time for h in run.hits] == pytest.approx(expected, abs=1e-10)
-
-
-@pytest.mark.parametrize("samples", [2, 40, 9000])
+@pytest.mark.parametrize("samples", [2, 9000])
 def test_hits_come_in_order_of_time(engine, samples):
     """Whatever the order in which events were given, and whether or not they fall into one step or one leg."""
     events = [Event(f"{k}", x - sp.Rational(k, 10)) for k in (3, -8, 8, 0, -3)]
@@ -102,7 +82,7 @@ def release(t, state, parameters):
     return state, np.array([parameters[0], 0.0])
 
 
-@pytest.mark.parametrize("samples", [2, 11, 9001])
+@pytest.mark.parametrize("samples", [11, 9001])
 def test_a_body_released_at_a_time(samples):
     """The grid of 11 has a sample at the very moment."""
     grid = np.linspace(0, 10, samples)
@@ -112,17 +92,6 @@ def test_a_body_released_at_a_time(samples):
     assert np.abs(run.states[0] - 2 * grid).max() < 1e-11
     assert np.abs(run.states[1] - 2 * np.minimum(grid, 3.0)).max() < 1e-11
     assert run.final_parameter_values.tolist() == [2.0, 0.0]
-
-
-def test_a_body_released_at_a_speed():
-    grid = np.linspace(0, 10, 101)
-    for acceleration in (2.0, 1.0, 0.5):
-        run = run_with(
-            HELD, (Event("release", w - 7, +1, action=release),), [0.0, 0.0], {"rate": acceleration, "held": 1.0}, grid
-        )
-        reached = 7 / acceleration
-        assert [h.time for h in run.hits] == pytest.approx([reached] if reached < 10 else [], abs=1e-11)
-        assert np.abs(run.states[1] - acceleration * np.minimum(grid, reached)).max() < 1e-10
 
 
 def test_the_hit_shows_the_state_before_the_action():
@@ -162,13 +131,6 @@ def test_a_bouncing_ball(engine, direction):
     assert run.states[0].min() > -1e-12
 
 
-def test_an_action_may_also_end_the_run():
-    last = Event("floor", x, -1, terminal=True, action=bounce)
-    run = run_with(BALL, (last,), [1.0, 0.0], [9.81, 0.8], np.linspace(0, 3, 31))
-    assert run.stopped_by == "floor"
-    assert run.end_state[1] == pytest.approx(0.8 * math.sqrt(2 * 9.81), abs=1e-10)
-
-
 @pytest.mark.parametrize("acts", [False, True])
 def test_an_event_at_the_border_of_two_legs_counts_once(engine, acts, monkeypatch):
     """Samples are taken in legs; an event may lie exactly where one ends and the next begins."""
@@ -181,7 +143,7 @@ def test_an_event_at_the_border_of_two_legs_counts_once(engine, acts, monkeypatc
     assert np.abs(run.states[0] - grid).max() < 1e-12
 
 
-@pytest.mark.parametrize("pace", [0.3, 0.7, 1.1, 1.7, 2.0, 3.1, 7.3, 11.7])
+@pytest.mark.parametrize("pace", [0.3, 2.0, 11.7])
 def test_an_event_within_rounding_of_the_end_of_a_run(engine, pace):
     """The state at the end and the interpolation there may lie on either side of it."""
     clock = System((x,), (rate,), (rate,))
@@ -189,22 +151,6 @@ def test_an_event_within_rounding_of_the_end_of_a_run(engine, pace):
     first = integrate(flow, [0.0], [pace], np.array([0.0, 1 / pace]))
     second = integrate(flow, first.end_state, [pace], np.array([first.end_time, 2 / pace]))
     assert [h.time for h in (*first.hits, *second.hits)] == pytest.approx([1 / pace], rel=1e-12)
-
-
-def test_more_than_a_million_events_fail_with_a_sentence(monkeypatch):
-    """As a ball at rest would; what was computed until then is kept."""
-    monkeypatch.setattr("wucht.numerics.flow.integration._MOST_HITS", 10)
-    run = run_with(BALL, (Event("floor", x, -1, action=bounce),), [1.0, 0.0], {"g": 9.81, "e": 0.8}, np.linspace(0, 6, 61))
-    assert "more than 10 events" in run.failure
-    assert run.time[-1] == pytest.approx(3.6)
-
-
-def test_a_ball_whose_flights_become_short():
-    """Fifty contacts: the last flights take some 1e-5 s, and none of their ends is missed."""
-    end = bounces(51)[-1] - 1e-6
-    run = run_with(BALL, (Event("floor", x, -1, action=bounce),), [1.0, 0.0], {"g": 9.81, "e": 0.8}, np.linspace(0, end, 5))
-    assert [h.time for h in run.hits] == pytest.approx(bounces(50), abs=1e-9)
-    assert run.states[0].min() > -1e-12
 
 
 @pytest.mark.parametrize("terminal", [False, True])
@@ -218,7 +164,7 @@ def test_a_run_does_not_know_of_the_events_of_the_run_before(engine, terminal):
         assert run.hits[0].time == pytest.approx(before / speed, rel=1e-5)
 
 
-@pytest.mark.parametrize("speed", [0.01, 1.0, 300.0])
+@pytest.mark.parametrize("speed", [0.01, 300.0])
 def test_steps_follow_an_event_function_that_changes_faster_than_the_states(speed):
     """An angle that turns evenly asks for no short steps, its sine does."""
     turning = System((x,), (rate,), (rate,), angles=frozenset({x}))
@@ -256,15 +202,6 @@ def test_a_quick_return_to_the_event_at_which_a_run_begins_is_one():
     assert run.end_time == pytest.approx(2e-4, rel=1e-6)
 
 
-def test_the_sentence_of_a_failure_names_the_largest_states():
-    """Four of them, by their magnitudes, in that order."""
-    error = LegError("it overflows", "Try again.", np.zeros((5, 0)))
-    sentence = error.sentence(2.5, ["a", "b", "c", "d", "e"], np.array([1.0, -7.0, 3.0, 0.5, -2.0]))
-    assert (
-        "t = 2.5: it overflows" in sentence and "b = -7, c = 3, e = -2, a = 1)" in sentence and sentence.endswith("Try again.")
-    )
-
-
 def test_a_failure_goes_to_another_process_whole():
     error = pickle.loads(pickle.dumps(LegError("it overflows", "Try again.", np.ones((2, 3)), 1e-3)))
     assert (str(error), error.remedy, error.samples.tolist(), error.step) == (
@@ -279,7 +216,7 @@ def test_a_first_step_does_not_pass_whole_turns_with_their_events():
     """From any angle, large ones too, at any constant speed: each turn has its event."""
     angle, speed = sp.symbols("angle speed", real=True)
     rng, rising = np.random.default_rng(1), Event("rising", sp.sin(angle - sp.Rational(1, 3)), +1)
-    for k in range(60):
+    for k in range(12):
         start, turns = 2 * np.pi * int(rng.integers(0, 100_000)), rng.uniform(1, 400) if k % 2 else int(rng.integers(1, 400))
         end = 2 * np.pi * turns
         for angles in (frozenset(), frozenset((angle,))):

@@ -78,26 +78,6 @@ def test_two_systems_in_turn(engine: str) -> None:
         assert all(same(run(s, engine, 2.0, (PASSING,)), f) for s, f in zip((SPRING, DRIVEN), first, strict=True))
 
 
-def test_what_is_compiled_is_hashable_and_cannot_be_changed(engine: str) -> None:
-    compiled = compile_system(SPRING, 1e-9, (PASSING,), engine)
-    before = hash(compiled)
-    run(SPRING, engine, 1.0, (PASSING,))
-    assert hash(compiled) == before
-    assert compiled == compile_system(SPRING, 1e-9, (PASSING,), engine)
-    assert compiled != compile_system(SPRING, 1e-8, (PASSING,), engine)
-    with pytest.raises(AttributeError):
-        compiled.tolerance = 1.0  # type: ignore[misc]
-
-
-def test_an_integrator_is_lent_to_one_run_at_a_time_and_used_again(engine: str) -> None:
-    lender = compile_system(SPRING, 1e-9, (PASSING,), engine).engine
-    integrators = [lender.acquire() for _ in range(3)]
-    assert len({id(i) for i in integrators}) == 3
-    for integrator in integrators:
-        lender.release(integrator)
-    assert any(lender.acquire() is i for i in integrators)
-
-
 STOPPING = Event("stop", x - 0.5, -1, terminal=True)
 DIVERGING = System((x, v), (x**2, k * x), (k,))
 

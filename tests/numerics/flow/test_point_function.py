@@ -25,7 +25,7 @@ def points(*shape: int) -> np.ndarray:
     return np.random.default_rng(3).uniform(-3, 3, (2, *shape))
 
 
-@pytest.mark.parametrize("shape", [(), (0,), (1,), (7,), (8,), (9,), (200,)])
+@pytest.mark.parametrize("shape", [(), (0,), (9,), (200,)])
 def test_it_is_what_numpy_computes(shape: tuple[int, ...]) -> None:
     whole, x, constants = program(*RESULTS), points(*shape), program(*RESULTS).constant_values([2.0, 0.5])
     with np.errstate(all="ignore"):

@@ -4,8 +4,8 @@ import numpy as np
 import sympy as sp
 from tests.refusals import failed, rejected
 
-from wucht.numerics.flow.program import Evaluator, lower, python_function
-from wucht.system import TIME, Output, System
+from wucht.numerics.flow.program import Evaluator, lower
+from wucht.system import Output, System
 
 a, w, u, v = sp.symbols("a w u v", real=True)
 m, l, g, c = sp.symbols("m l g c", real=True)  # noqa: E741
@@ -21,19 +21,6 @@ def test_parameters_are_folded_into_constants():
     constants = dict(zip([s for s, _ in program.constants], program.constant_values([2.0, 0.5, 10.0, 3.0]), strict=True))
     acceleration = program.results[1].xreplace(constants | {a: sp.pi / 2, w: 1.0})
     assert float(acceleration) == -20.0 - 6.0
-
-
-def test_the_same_constant_is_computed_once():
-    system = System((a, w), (m * l * sp.cos(a), m * l * sp.sin(w)), (m, l))
-    program = lower(system, system.derivatives)
-    assert [e for _, e in program.constants] == [m * l]
-
-
-def test_numbers_stay_and_time_is_no_constant():
-    system = System((a,), (2 * a + sp.cos(3 * TIME) + m * TIME,), (m,))
-    program = lower(system, system.derivatives)
-    assert [e for _, e in program.constants] == [m]
-    assert program.results[0].has(TIME)
 
 
 def test_constant_definitions_become_constants_and_unused_ones_disappear():
@@ -78,8 +65,3 @@ def test_evaluator_of_outputs_over_arrays():
     outputs = evaluate(np.arange(3.0), states, [2.0, 3.0])
     assert outputs["momentum"].tolist() == [18.0, 36.0, 54.0]
     assert outputs["mass"].tolist() == [2.0, 2.0, 2.0]  # one number a sample, although it is constant
-
-
-def test_python_function_runs_lines_in_order():
-    function = python_function((a, (m, l)), ((u, a + m), (v, u * l)), (v, u - v), "math")
-    assert function(1.0, (2.0, 5.0)) == [15.0, -12.0]

@@ -42,7 +42,7 @@ def test_a_fast_rotor_that_runs_down_before_a_long_rest_does_not_slide() -> None
     assert run.states[0, -1] == pytest.approx(2e4, rel=1e-9)
 
 
-@pytest.mark.parametrize("share", [0.001, 0.5, 0.999])
+@pytest.mark.parametrize("share", [0.001, 0.999])
 def test_friction_that_is_hardly_larger_than_its_force_slides(share: float) -> None:
     """A spring holds a share of the friction: the motion stays where it starts."""
     system = System((x, v), (v, -x - PiecewiseCubic(v, SIGN)))

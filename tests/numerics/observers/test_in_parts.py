@@ -92,31 +92,9 @@ def test_span_records(legs, samples_a_turn, seed, cuts, overlap):
     assert same(recorded(record, [samples]), recorded(record, parts(samples, cuts, overlap)))
 
 
-def test_turns_sample_by_sample():
-    samples = motion([(1, 200), (-1, 20), (1, 300), (-1, 120)], 24, 0)
-    one_by_one = [samples.part(slice(k, k + 1)) for k in range(len(samples.time))]
-    assert same(observed([samples]), observed(one_by_one))
-
-
-def test_what_follows_a_mark_does_not_count_in_the_turn_before_it():
-    """After three turns, at a mark, the distance is larger for a while; the part ends there."""
-    samples = motion([(1, 100)], 24, 0)
-    samples = replace(samples, square=np.where(np.arange(101) == 74, 9.0, 1.0), rate=np.zeros(101))
-    assert observed([samples.part(slice(0, 75))]).largest.max() == 1.0
-    assert observed([samples]).largest.max() == 3.0
-
-
 def test_the_distance_counts_while_the_leader_stands():
     samples = motion([(1, 100), (0, 30), (1, 100)], 24, 0)
     far = replace(samples, square=np.where(np.arange(231) == 115, 9.0, 1.0), rate=np.zeros(231))
     whole = observed([far])
     assert whole.largest.max() == 3.0
     assert same(whole.largest, observed(parts(far, [105, 125], False)).largest)
-
-
-def test_the_weighted_sum_of_phases():
-    samples, record = motion([(1, 2000)], 25.3, 0), TurnRecord(2, WEIGHTS)
-    cut = record
-    for part in parts(samples, range(0, 2000, 37), False):
-        cut = cut.update(part)
-    assert np.array_equal(record.update(samples).last(1.0).least_sum, cut.last(1.0).least_sum)

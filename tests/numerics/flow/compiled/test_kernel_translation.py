@@ -57,14 +57,14 @@ def functions():
     return {name: (ctypes.CFUNCTYPE(*kinds[name])(code.addresses[name]), namespace[name], code) for name in names}
 
 
-@pytest.mark.parametrize("n", [1, 2, 7, 27, 97, 871])
+@pytest.mark.parametrize("n", [1, 97])
 def test_loops_and_branches(functions, n: int) -> None:
     for name in ("collatz", "halves"):
         compiled, python, _ = functions[name]
         assert compiled(n) == python(n)
 
 
-@pytest.mark.parametrize("choice", [0, 1, 2, 3, 4, 5])
+@pytest.mark.parametrize("choice", [0, 3, 5])
 @pytest.mark.parametrize("pair", [(1.0, 2.0), (-1.0, 2.0), (3.0, -0.5), (-2.0, -1.0), (math.nan, 1.0)])
 def test_numbers(functions, pair: tuple[float, float], choice: int) -> None:
     compiled, python, _ = functions["mean_of_some"]
