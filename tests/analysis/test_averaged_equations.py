@@ -17,8 +17,6 @@ from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.mechanics.lagrange import equations_of_motion
 from wucht.mechanics.rotating_bodies.solution import DISSIPATED_WORK, SUPPLIED_WORK, VIBRATION_WORK
-from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.flow.integration import integrate
 from wucht.numerics.flow.program import Evaluator, python_function
 
 MOUNTS = [
@@ -192,45 +190,6 @@ def test_steady_states_of_table_5_1(case: str) -> None:
         assert (np.linalg.eigvals(jacobian).real > 0).sum() == 1
 
 
-@pytest.mark.parametrize("inertia", [True, False])
-def test_energy_of_the_slow_motion_balances(inertia: bool) -> None:
-    averaged_equations = averaged_equations_of(load_machine("drozdetskaya-2020/r1", {}), inertia)
-    start = averaged_equations.state({"drum": 0.0, "p1": 0.3, "p2": -0.5}, dict.fromkeys(("drum", "p1", "p2"), 0.0))
-    run = integrate(
-        compile_system(averaged_equations.system), start, averaged_equations.values(), np.linspace(0, 3, 400), None, 0.1
-    )
-    s = averaged_equations.system
-    stored = Evaluator.of(s, [s.output("stored_energy").expression], ["e"])(run.time, run.states, averaged_equations.values())[
-        "e"
-    ]
-    q = run.quadratures
-    gap = q["supplied_work"] - q["dissipated_work"] - q["vibration_work"] - (stored - stored[0])
-    assert np.abs(gap).max() < 1e-10 * q["supplied_work"].max()
-
-
-def test_a_mirrored_machine_moves_alike() -> None:
-    """All drives reversed: the same slow motion in the bodies' own senses, on a carrier whose directions differ."""
-    drum = {"kind": "rotor", "name": "drum", "mass": 10.0, "eccentricity": 1e-3, "inertia": 0.01}
-    ball = {"kind": "pendulum", "name": "p", "about": "drum", "mass": 0.2, "length": 0.1, "damping": 0.05}
-    runs = []
-    for sense in (1, -1):
-        machine = machine_from(
-            {
-                "carrier": {"stiffness": [1e5, 2e5], "damping": [150.0, 90.0]},
-                "bodies": [drum, ball],
-                "drive": {"on": "drum", "kind": "linear", "slope": 0.01, "no_load_speed": sense * 250.0},
-            }
-        )
-        averaged_equations = averaged_equations_of(machine)
-        start = averaged_equations.state({"drum": 0.0, "p": sense * 1.0}, {"drum": sense * 20.0, "p": sense * 15.0})
-        runs.append(
-            integrate(
-                compile_system(averaged_equations.system), start, averaged_equations.values(), np.linspace(0, 2, 50)
-            ).states
-        )
-    assert np.abs(runs[0] - runs[1]).max() < 1e-9 * np.abs(runs[0]).max()
-
-
 def test_slips_of_the_start_move_the_slow_phase() -> None:
     """002 (4.24), (4.30): without vibration the strongly damped state must be where the full one ends."""
     machine = load_machine("drozdetskaya-2020/r1", {}).with_values({"drum.eccentricity": 0.0, "drive.slope": 0.0})
@@ -271,19 +230,6 @@ def test_machines_outside_the_class_are_refused(case: tuple[str | None, dict[str
     )
     with pytest.raises(InputError, match=reason):
         averaged_equations_of(given)
-
-
-def test_two_prescribed_rotors_have_no_common_speed() -> None:
-    rotor = {"kind": "rotor", "mass": 1.0, "unbalance": 0.01, "inertia": 0.01}
-    machine = machine_from(
-        {
-            "carrier": {"mass": 5.0, "stiffness": 1e5, "damping": 150.0},
-            "bodies": [rotor | {"name": "a"}, rotor | {"name": "b"}],
-            "drives": [{"on": n, "kind": "constant-speed", "speed": 50.0} for n in "ab"],
-        }
-    )
-    with refused("machine", "b", code="no-common-speed"):
-        averaged_equations_of(machine)
 
 
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 1e-2, "inertia": 1.5e-2}

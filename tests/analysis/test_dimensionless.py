@@ -7,7 +7,6 @@ import pytest
 from wucht.analysis.dimensionless import dimensionless_numbers
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
-from wucht.machines.operation import natural_frequencies
 
 R1 = {
     "epsilon": 0.01, "s": 0.75, "w": 1.3, "p": 0.8, "mu": 0.01, "beta_p": 1.0, "beta_r": 3.46667, "lambda": 2.0, "sigma": 0.1,
@@ -24,13 +23,6 @@ def test_r2_has_the_beta_r_of_table_5_1_and_another_epsilon():
     assert dimensionless_numbers(load_machine("drozdetskaya-2020/r2")) == pytest.approx(
         R1 | {"epsilon": 2.88462e-4, "beta_r": 0.1}, rel=2e-6
     )
-
-
-def test_natural_frequencies_count_all_bodies():
-    machine = load_machine("drozdetskaya-2020/r1", {"carrier.stiffness": [1e5, 4e5], "carrier.mass": "2.4 kg"})
-    total = 2.4 + 9.75 + 2 * 0.125
-    assert natural_frequencies(machine) == pytest.approx({"x": math.sqrt(1e5 / total), "y": math.sqrt(4e5 / total)})
-    assert natural_frequencies(load_machine("drozdetskaya-2020/table-5.1")) == {"x": 1.0, "y": 1.0}
 
 
 # --- by hand, from 002 (4.8) and (3.30) ---
@@ -98,20 +90,3 @@ def test_machines_that_have_none(drive, carrier, more):
     drive = drive | {"on": "d"}
     made = machine_from({"carrier": held, "bodies": [ROTOR, *more], "drives": [drive]})
     assert dimensionless_numbers(made) == {}
-
-
-@pytest.mark.parametrize(
-    "drive",
-    [{"kind": "constant-torque", "torque": 1.0}, {"kind": "table", "points": [[0, 1.0], [50, 0.8], [100, 0.0]]},
-     LINEAR | {"slope": 0.0}, None],
-    ids=["constant", "table", "flat", "none"],
-)  # fmt: skip
-def test_only_a_torque_that_falls_linearly_has_lambda_and_u(drive):
-    assert set(numbers_of(drive=drive)) == {"epsilon", "sigma"}
-
-
-def test_bodies_that_are_not_about_the_rotor_or_off_its_axis_leave_the_numbers_of_the_rotor():
-    rotor_alone = {"epsilon", "sigma", "lambda", "u"}
-    assert set(numbers_of(BALL | {"name": "a"}, BALL | {"name": "b", "about": "a"})) == rotor_alone
-    assert set(numbers_of(BALL | {"name": "a", "suspension": [0.01, 0.0]})) == rotor_alone
-    assert set(numbers_of(BALL | {"name": "a"}, BALL | {"name": "b", "damping": 0.004})) == rotor_alone

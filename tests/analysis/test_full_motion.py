@@ -109,37 +109,6 @@ def test_velocities_are_the_rates_of_positions_while_the_slow_motion_goes_on(cas
     assert set(full) == set(machine.state_names)
 
 
-def test_the_static_position_is_added() -> None:
-    machine = drum(carrier={"gravity": 9.81, "mass": 1.0})
-    slow, state = steady(machine, 150.0, {"p1": 1.0, "p2": 2.0})
-    time = np.linspace(0, 2 * np.pi / 150.0, 65)[:-1]
-    full = rebuilt(slow, time, np.repeat(state[:, None], 64, axis=1), 150.0 * time)
-    assert [full["carrier.x"].mean(), full["carrier.y"].mean()] == pytest.approx(machine.rest, abs=1e-12)
-    assert machine.rest[1] == pytest.approx(-11.0 * 9.81 / 1e5)
-
-
-@pytest.mark.parametrize("sense", [1, -1])
-def test_a_clockwise_machine_is_the_mirror_image(sense: int) -> None:
-    slow, state = steady(drum(1), 110.0, {"p1": 0.4, "p2": 2.2})
-    other, same = steady(drum(-1), 110.0, {"p1": 0.4, "p2": 2.2})
-    assert same == pytest.approx(state)
-    time = np.linspace(0, 0.1, 30)
-    own, mirrored = (rebuilt(s, time, np.repeat(state[:, None], 30, axis=1), 110.0 * time) for s in (slow, other))
-    for name, values in own.items():
-        image = 1 if name in ("carrier.x", "carrier.vx") else -1
-        assert mirrored[name] == pytest.approx(image * values, rel=1e-12, abs=1e-12), name
-
-
-@np.errstate(all="ignore")  # as run_up does: amplitudes at rest are 0/0
-def test_at_rest_nothing_is_fast() -> None:
-    machine = drum()
-    slow, state = steady(machine, 0.0, {"p1": 0.5, "p2": -0.5})
-    full = rebuilt(slow, np.zeros(1), state[:, None], np.array([0.3]))
-    assert {n: float(v[0]) for n, v in full.items()} == pytest.approx(
-        dict.fromkeys(full, 0.0) | {"drum.angle": 0.3, "p1.angle": 0.8, "p2.angle": -0.2}, abs=1e-15
-    )
-
-
 @pytest.mark.parametrize("sense", [1, -1])
 def test_the_search_of_a_periodic_motion_starts_with_the_vibration_that_belongs_to_it(sense: int) -> None:
     """Newton's method would mend a wrong start, at the cost of steps and sometimes of another motion.

@@ -44,33 +44,9 @@ def test_bodies_that_differ_do_not_keep_together(change: dict[str, float], inert
         section_of(averaged_equations, True)
 
 
-@pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_a_speed_that_a_drive_prescribes_is_that_of_the_section(sense: float) -> None:
-    """Signed, for every state; the phases alone are its axes."""
-    rollers = load_machine("sperling-rollers/table-1")
-    given = rollers.values["drive.speed"]
-    averaged_equations = averaged_equations_of(machine_at_speed(rollers.with_values({"drive.speed": sense * given}), None))
-    made = section_of(averaged_equations, None)
-    assert made.turning == -1 and made.speed == pytest.approx(sense * given)
-    assert made.rotor_speed(np.zeros((len(made.axes), 3))) == pytest.approx(np.full(3, sense * given))
-
-
 def without_inertia(sense: float = 1.0, **values: float) -> AveragedEquations:
     machine = load_machine(R2, {"drive.no_load_speed": sense * 200.0} | values)
     return averaged_equations_of(machine_at_speed(machine, None), False)
-
-
-@pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_axes_of_phases_and_of_the_speed(sense: float) -> None:
-    """Of the speed from a fiftieth of that without vibration to 15 % above it, the lower end first in both senses."""
-    phase, speed = section_of(without_inertia(sense), True).axes
-    assert (phase.name, phase.unit, phase.low, phase.high) == ("psi", "rad", 0.0, 2 * np.pi)
-    assert phase.long_name == "phase of p1, p2"
-    assert (speed.name, speed.long_name, speed.unit) == ("speed", "speed of drum", "rad/s")
-    assert (speed.low, speed.high) == pytest.approx(sorted((sense * 4.0, sense * 230.0)))
-    every = section_of(without_inertia(sense), None).axes
-    assert [a.name for a in every] == ["p1", "p2", "speed"]
-    assert [a.long_name for a in every] == ["phase of p1", "phase of p2", "speed of drum"]
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])

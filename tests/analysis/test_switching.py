@@ -6,7 +6,6 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from wucht import parts
 from wucht.analysis.switching import (
     switchable,
     switching,
@@ -114,13 +113,3 @@ def test_without_pendulums_the_machine_is_as_heavy() -> None:
     assert unbalances(bare) == pytest.approx([9.75e-3])
     assert [s.parameter for s in bare.schedules] == ["drive.no_load_speed"]
     assert bare.at(10.0).values["drive.no_load_speed"] == 90.0
-
-
-def test_the_unbalance_of_a_rotor_given_by_its_eccentricity_stays() -> None:
-    drum = parts.Rotor(name="drum", mass=4.0, eccentricity=1e-3, inertia=0.03)
-    pendulum = parts.SwitchablePendulum(
-        name="p", about="drum", mass=0.5, moving_mass=M, inner_stop=R_I, outer_stop=R_O, stiffness=0.0, preload=FORCE
-    )  # fmt: skip
-    machine = Machine(parts.Carrier(stiffness=1e5), [drum, pendulum]).with_values({"drum.eccentricity": 2e-3})
-    bare = without_pendulums(machine)
-    assert (bare.values["drum.mass"], bare.values["drum.unbalance"]) == pytest.approx((4.75, 8e-3))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.refusals import failed
 
-from wucht.measurements.cusum import AlarmDistribution, Cusum, design_chart
+from wucht.measurements.cusum import Cusum, design_chart
 
 NONE = np.zeros(1)
 # D. C. Montgomery, Introduction to Statistical Quality Control, table 9.3, after J. M. Lucas: average run lengths of the
@@ -126,34 +126,6 @@ def test_no_such_chart():
 
 
 # --- the reading of the alarm, of shares that are known ---
-
-
-def cycles_of(rates, early):
-    """Charts that alarm with a rate at each reading of a cycle, for ever; of the first ones by ``early``."""
-    return AlarmDistribution(np.array(early), np.cumsum(rates))
-
-
-def by_brute_force(rates, early, count=20_000):
-    """The probability of an alarm by each reading."""
-    left = (1 - early[-1]) * np.exp(-np.cumsum(np.resize(rates, count)))
-    return np.concatenate([early, 1 - left])
-
-
-RATES, EARLY = [0.02, 0.1, 0.004], [0.0, 0.05, 0.3]
-
-
-def test_the_mean_reading_of_the_alarm():
-    """The sum over all readings of the charts that have not alarmed by then."""
-    exact = (1 - by_brute_force(RATES, EARLY)).sum()
-    assert cycles_of(RATES, EARLY).mean() == pytest.approx(exact, rel=1e-12)
-    unknown = AlarmDistribution(np.array([0.1, 0.3, 0.4]), np.empty(0))
-    assert unknown.mean() == pytest.approx((0 * 0.1 + 1 * 0.2 + 2 * 0.1) / 0.4)
-
-
-@pytest.mark.parametrize("probability", [0.0, 0.05, 0.051, 0.3, 0.31, 0.35, 0.36, 0.3766, 0.39, 0.5, 0.9, 0.999999])
-def test_the_reading_by_which_an_alarm_has_come(probability):
-    exact = np.flatnonzero(by_brute_force(RATES, EARLY) >= probability)[0]
-    assert cycles_of(RATES, EARLY).quantile(probability) == exact
 
 
 def test_the_first_alarm_of_charts_on_either_side():

@@ -23,14 +23,13 @@ from known_motion import (
 )
 from tests.refusals import refused
 
-from wucht.measurements.order_fit import OrderFit, fit_orders
+from wucht.measurements.order_fit import fit_orders
 from wucht.measurements.order_regression import (
     Mean,
     OrderModel,
     initial_fit,
-    mean_speed,
 )
-from wucht.measurements.shaft_signal import ShaftSignal, pulse_signal, speed_signal
+from wucht.measurements.shaft_signal import ShaftSignal, speed_signal
 from wucht.numerics.fourier_series import FourierSeries
 
 TURNS = 7.37
@@ -49,18 +48,8 @@ def test_without_noise_the_orders_are_exact(kind):
     assert fit.explained_share == pytest.approx(1, abs=1e-12)
 
 
-@pytest.mark.parametrize("kind", RECORDS)
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_with_noise_they_are_within_four_standard_errors(kind, seed):
-    fit = fit_orders(RECORDS[kind](1.0, seed), ORDERS)
-    off = np.abs(coefficients(fit) - truth()) / fit.standard_errors
-    assert off.max() < 4
-    assert off.max() > 0.2, "the errors are no larger than they need be"
-
-
-@pytest.mark.parametrize("kind", ["speed", pytest.param("pulses", marks=pytest.mark.slow)])
-def test_scatter_of_two_hundred_records_is_the_standard_error(kind):
-    fits = [fit_orders(RECORDS[kind](1.0, seed), ORDERS) for seed in range(200)]
+def test_scatter_of_two_hundred_records_is_the_standard_error():
+    fits = [fit_orders(RECORDS["speed"](1.0, seed), ORDERS) for seed in range(200)]
     found = np.array([coefficients(f) for f in fits])
     assert found.std(axis=0) == pytest.approx(fits[0].standard_errors, rel=0.2)
     assert np.cov(found.T)[0, 5:] == pytest.approx(
@@ -68,10 +57,7 @@ def test_scatter_of_two_hundred_records_is_the_standard_error(kind):
     )
     whitened = np.linalg.solve(np.linalg.cholesky(fits[0].covariance), (found - truth()).T)
     assert np.mean(whitened**2) == pytest.approx(1, abs=0.1), "correlations too"
-    assert np.mean([f.residual_rms for f in fits]) == pytest.approx(
-        {"speed": 0.3, "angle": 0.002, "pulses": 5e-5 * np.sqrt(np.mean(speed_at(np.linspace(0, PERIOD, 999)) ** 2))}[kind],
-        rel=0.02,
-    )
+    assert np.mean([f.residual_rms for f in fits]) == pytest.approx(0.3, rel=0.02)
 
 
 @pytest.mark.parametrize("turns", [1.1, 2.5, 400.6])
@@ -137,14 +123,6 @@ def test_what_is_left_and_explained():
     assert [o.order for o in fit_orders(speed_record(t), [2], look_up_to=4).omitted_orders] == [1, 3, 4]
 
 
-def test_orders_left_out_of_an_angle_are_told_in_speed():
-    fit = fit_orders(angle_record(np.linspace(0, 8 * PERIOD, 4000), 1e-4), [2])
-    found = {o.order: o.amplitude for o in fit.omitted_orders}
-    assert found[3] == pytest.approx(np.hypot(0.7, 0.4), rel=0.05)
-    assert found[5] == pytest.approx(np.hypot(0.25, 0.6), rel=0.05)
-    assert fit.unit == "rad"
-
-
 @pytest.mark.parametrize("kind", ["speed", "angle", "pulses"])
 def test_an_index_pulse_is_the_zero(kind):
     """Where the shaft stands at 1.1 rad, that is now where phases and the angle begin."""
@@ -186,15 +164,6 @@ def test_the_time_of_an_angle(angle):
     assert fit.time_of_angle(angle) == pytest.approx(fit.time_of_angle(angle, after=fit.origin))
 
 
-def test_a_pulse_signal_gives_the_orders_of_its_shaft():
-    """An analog wave of 32 pulses a turn, 20 samples each."""
-    t = np.linspace(0, TURNS * PERIOD, 5000)
-    shaft = pulse_signal(channel(t, 2.5 + np.sin(32 * angle_at(t)), "V", "encoder"), 32)
-    fit = fit_orders(shaft, ORDERS)
-    assert coefficients(fit) == pytest.approx(truth(), abs=0.02)
-    assert (np.abs(coefficients(fit) - truth()) < 5 * fit.standard_errors).all()
-
-
 @pytest.mark.parametrize("orders", [[], [0, 1], [1, 1], [1.5], [True]])
 def test_orders_that_are_none(orders):
     with refused("orders"):
@@ -224,42 +193,6 @@ def test_a_constant_speed_has_no_orders():
     assert fit.speed.amplitudes == pytest.approx(0, abs=1e-12)
     assert fit.warnings == ()
     assert fit.residual_rms < 1e-12
-
-
-def fit_of(covariance, kept=3.0, rest=4.0, omitted=()):
-    """Orders 2 and 5 at 10 rad/s, worked out by nobody."""
-    speed = FourierSeries.of(10.0, [0.0, 3.0, 0.0, 0.0, -1.0], [0.0, 4.0, 0.0, 0.0, 2.0])
-    return OrderFit("r", (2, 5), speed, covariance, 0.0, 0.0, 7.0, 100, "rad/s", kept, rest, omitted, ())
-
-
-def test_errors_are_roots_of_the_covariance():
-    """Order 2: independent errors of 0.3 and 0.2; order 5: of 0.5 each, which go together: sqrt(0.25 + 0.2) along a = b."""
-    covariance = np.diag([0.04, 0.09, 0.25, 0.04, 0.25])
-    covariance[2, 4] = covariance[4, 2] = 0.2
-    fit = fit_of(covariance)
-    assert fit.cosine.tolist() == [3.0, -1.0]
-    assert fit.sine.tolist() == [4.0, 2.0]
-    assert fit.standard_errors == pytest.approx([0.2, 0.3, 0.5, 0.2, 0.5])
-    assert fit.amplitude_errors == pytest.approx([0.3, 0.45**0.5])
-
-
-def test_orders_left_out_are_searched_for_as_far_as_the_samples_hold_them():
-    """15.5 samples a turn hold the seventh order."""
-    t = np.arange(156) / 155 * 10 * PERIOD
-    fit = fit_orders(speed_record(t, 0.1), [1, 2, 3])
-    assert [o.order for o in fit.omitted_orders] == [4, 5, 6, 7]
-
-
-@pytest.mark.parametrize(("turns", "within"), [(2.3, 3e-2), (7.37, 3e-4), (40.4, 1e-5)])
-@pytest.mark.parametrize("kind", ["speed", "angle"])
-def test_the_mean_speed_hardly_feels_orders(turns, within, kind):
-    t = uneven(turns, 4000)
-    if kind == "speed":
-        found, plain = mean_speed(t, speed_at(t), Mean.SPEED), speed_at(t).mean()
-        assert abs(found - OMEGA) < abs(plain - OMEGA)
-    else:
-        found = mean_speed(t, angle_at(t), Mean.ANGLE)
-    assert found == pytest.approx(OMEGA, rel=within)
 
 
 @pytest.mark.parametrize("off", [0.97, 1.03])

@@ -4,9 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from known_motion import OMEGA, PERIOD, TURN, angle_at, channel, pulse_record, speed_at, times_of
+from known_motion import OMEGA, PERIOD, TURN, angle_at, channel, pulse_record, speed_at, speed_record, times_of
 from tests.refusals import refused
 
 from wucht.errors import InputError
@@ -18,22 +16,11 @@ from wucht.measurements.shaft_signal import (
     mean_direction,
     pulse_signal,
     pulse_times,
-    rising_crossings,
     shaft_signal,
     speed_signal,
 )
 
 SECOND = np.linspace(0, 1, 4001)
-
-
-def test_a_wave_of_a_turning_shaft():
-    """Of third order in the step: interpolated on a line where the wave is steepest."""
-    wanted = times_of(TURN / 8 * np.arange(1, 60))
-    found = rising_crossings(channel(SECOND, np.sin(8 * angle_at(SECOND)), "V"))[: len(wanted)]
-    shift = found[0] - wanted[0]
-    assert abs(shift) < TURN / 8 / OMEGA
-    start = np.searchsorted(wanted, found[0] - 1e-4)
-    assert found[: len(wanted) - start] == pytest.approx(wanted[start:][: len(found)], abs=3e-5)
 
 
 @pytest.mark.parametrize("noise", [0.15])
@@ -67,12 +54,6 @@ def test_missing_pulses(missing):
     )
     with pytest.raises(InputError, match=re.escape(sentence)):
         check_even(times, "w")
-
-
-@pytest.mark.parametrize("at", [0.24, 6.27])
-def test_a_pulse_too_many(at):
-    with refused("w", "too many", given=None, code="pulse-too-many"):
-        check_even(np.sort(np.append(np.arange(64) / 10, at)), "w")
 
 
 def test_uneven_turning_is_no_missing_pulse():
@@ -112,13 +93,6 @@ def test_an_angle_wrapped_or_not(unit, wraps, offset, sign):
     t, speed = shaft.speed()
     assert t == pytest.approx((T[1:] + T[:-1]) / 2)
     assert speed == pytest.approx(sign * speed_at(t), abs=1e-2)
-
-
-@given(jitter=st.floats(0, 0.1), seed=st.integers(0, 99))
-def test_a_wrapped_angle_that_jitters(jitter, seed):
-    angle = OMEGA * T + jitter * np.random.default_rng(seed).uniform(-1, 1, len(T))
-    shaft = angle_signal(channel(T, angle % TURN, "rad"))
-    assert np.ptp(shaft.values - angle) < 1e-9
 
 
 def test_angles_that_are_refused():
@@ -217,3 +191,11 @@ def test_a_pulse_too_many_and_what_to_do():
     times.sort()
     with refused("r.csv: pulses", "1.04 s", given=None, code="pulse-too-many"):
         pulse_signal(channel(times, times, "s", "pulses"), 8)
+
+
+def test_without_an_index_the_angle_is_as_measured_and_one_of_another_time_is_refused():
+    assert angle_signal(channel(T, angle_at(T), "rad")).angle()[1].tolist() == angle_at(T).tolist()
+    angle = speed_record(T).angle()[1]
+    assert angle[0] == 0 and angle == pytest.approx(angle_at(T) - angle_at(0.0), abs=1e-7)
+    with refused("r.csv: speed", code="no-index"):
+        speed_signal(channel(T, speed_at(T)), channel(T + 100, np.cos(angle_at(T)), "V", "index")).angle()

@@ -22,18 +22,6 @@ series = st.integers(1, 9).flatmap(
 )
 
 
-def test_values_and_derivatives_of_any_order():
-    f = FourierSeries.of(0.5, [1.0, 2.0], [0.0, 0.0, 3.0])
-    assert f(X) == pytest.approx(0.5 + np.cos(X) + 2 * np.cos(2 * X) + 3 * np.sin(3 * X))
-    assert f(X, 1) == pytest.approx(-np.sin(X) - 4 * np.sin(2 * X) + 9 * np.cos(3 * X))
-    assert f(X, 2) == pytest.approx(f.derivative(2)(X))
-    assert f(X, 3) == pytest.approx(f.derivative(3)(X))
-    assert f.derivative(0) is f
-    assert f(0.3).shape == ()
-    assert f(np.zeros((2, 3))).shape == (2, 3)
-    assert f.amplitudes == pytest.approx([1, 2, 3])
-
-
 @settings(max_examples=60, deadline=None)
 @given(series)
 def test_bounds_are_those_of_a_fine_grid_and_lie_on_the_curve(f):

@@ -1,5 +1,7 @@
 """Periodic motions and their multipliers, against motions whose multipliers are known otherwise."""
 
+from __future__ import annotations
+
 import cmath
 import math
 
@@ -12,8 +14,10 @@ from scipy.optimize import brentq
 from tests.refusals import failed, rejected
 
 from witness import machine_from
+from wucht.errors import RunError
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.orbits import periodic_orbit
+from wucht.numerics.periodic.closing import Closing, close_orbit
 from wucht.piecewise import Pieces, PiecewiseCubic, step
 from wucht.system import TIME, System
 
@@ -216,9 +220,10 @@ def test_bad_calls(given, refusal):
         periodic_orbit(compile_system(System((x, v), (v, -x))), [], **good | given)
 
 
-def test_what_a_broken_family_gains_is_known():
+@pytest.mark.parametrize("small", [1e-4, 1e-5])
+def test_what_a_broken_family_gains_is_known(small):
     """y' = e (1 + cos phi) creeps by e T, whatever y; v' = y - v follows it. The gap is where nothing closes it: in y."""
-    rate, small = 1.7, 1e-4
+    rate = 1.7
     system = System((phi, y, v), (b, a * (1 + sp.cos(phi)), y - v), (a, b), angles=frozenset({phi}))
     orbit = periodic_orbit(
         compile_system(system), [small, rate], [0, 2.0, 2.0], TURN / rate, [TURN, 0, 0],
@@ -296,9 +301,43 @@ def test_from_far_away_orbits_are_found_by_collocation():
         assert orbit.period == pytest.approx(1.5738797, rel=1e-7)
 
 
-@pytest.mark.parametrize("guess", [[0.0], [[0.0]], [[0.0, 0.5, 0.0]]])
-def test_a_guess_is_a_state_or_some_of_a_period(guess):
-    """A state as it is or as a column; both ends of a period, or more."""
+def asked(reference: list[float], period: float, **more: object) -> Closing:
+    n = len(reference)
+    given = {"held_states": (), "free_period": False, "left_open": 0} | more
+    return Closing(np.zeros(n), np.ones(n), np.array(reference, float), period, **given)  # type: ignore[arg-type]
+
+
+def test_a_forced_oscillator_from_a_poor_motion() -> None:
+    """x' = -a x + cos t from a constant: x = (a cos t + sin t)/(1 + a^2), seen from a time of 1."""
     system = System((x,), (-a * x + sp.cos(TIME),), (a,))
-    orbit = periodic_orbit(compile_system(system), [0.3], guess, TURN, [0], free_period=False)
-    assert orbit.state[0] == pytest.approx(0.3 / 1.09, abs=1e-10)
+    found = close_orbit(system, np.array([0.3]), 1.0, np.full((1, 30), 0.7), asked([0.7], TURN), 25)
+    t = 1.0 + TURN * found.times
+    assert found.period == pytest.approx(TURN, rel=1e-14)
+    np.testing.assert_allclose(found.states[0], (0.3 * np.cos(t) + np.sin(t)) / 1.09, atol=1e-10)
+
+
+def test_a_free_period_and_a_held_state() -> None:
+    """r' = r (1 - r^2), turning at the rate 3, from a circle of another radius at another rate."""
+    r = 1 - x**2 - y**2
+    system, tau = System((x, y), (r * x - 3 * y, 3 * x + r * y)), TURN * np.linspace(0, 1, 60)
+    motion = np.array([0.6 * np.cos(tau), 0.6 * np.sin(tau)])
+    found = close_orbit(system, np.zeros(0), 0.0, motion, asked([0.6, 0.0], 2.5, held_states=(1,), free_period=True), 25)
+    assert found.period == pytest.approx(TURN / 3, rel=1e-9)
+    assert found.states[:, 0] == pytest.approx([1.0, 0.0], abs=1e-9)
+
+
+def test_of_a_family_the_nearest() -> None:
+    """All motions of a linear oscillator are closed: none is preferred, the one that begins at the guess is found."""
+    system, tau = System((x, v), (v, -x)), TURN * np.linspace(0, 1, 60)
+    motion = np.array([1.2 * np.cos(tau), -1.1 * np.sin(tau)])
+    found = close_orbit(system, np.zeros(0), 0.0, motion, asked([1.2, 0.0], TURN), 25)
+    np.testing.assert_allclose(
+        found.states, 1.2 * np.array([np.cos(TURN * found.times), -np.sin(TURN * found.times)]), atol=1e-9
+    )
+
+
+def test_where_there_is_none_it_is_told() -> None:
+    """x'' = 1 + x^2 has no periodic motion at all."""
+    system, tau = System((x, v), (v, 1 + x**2)), TURN * np.linspace(0, 1, 60)
+    with pytest.raises(RunError):
+        close_orbit(system, np.zeros(0), 0.0, np.array([np.cos(tau), -np.sin(tau)]), asked([1.0, 0.0], TURN), 25)

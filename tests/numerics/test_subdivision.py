@@ -10,17 +10,6 @@ import pytest
 from wucht.numerics.subdivision import all_zeros
 
 
-def sine_spread(x: np.ndarray, r: np.ndarray) -> np.ndarray:
-    return np.minimum(2.0, r)[None]
-
-
-def test_a_zero_on_the_seam_of_a_circle() -> None:
-    zeros = all_zeros(np.sin, lambda x: np.cos(x)[None], sine_spread, [0.0], [2 * math.pi], periodic=[True])
-    assert zeros.complete
-    assert zeros.points.shape == (1, 2)
-    assert np.cos(zeros.points[0]) == pytest.approx([-1, 1]) or np.cos(zeros.points[0]) == pytest.approx([1, -1])
-
-
 def circles(x: np.ndarray) -> np.ndarray:
     """Two circles that cross in two points: x^2 + y^2 = 1, (x - 1)^2 + y^2 = 1."""
     return np.array([x[0] ** 2 + x[1] ** 2 - 1, (x[0] - 1) ** 2 + x[1] ** 2 - 1])
@@ -50,13 +39,6 @@ def test_two_zeros_that_nearly_coincide_are_two(apart: float) -> None:
     zeros = all_zeros(f, lambda x: (2 * (x - 0.3) - apart)[None], lambda x, r: 2 * r[None], [0.0], [1.0], smallest=1e-14)
     assert zeros.complete
     assert zeros.points[0] == pytest.approx([0.3, 0.3 + apart], abs=apart / 1e3)
-
-
-def test_a_zero_on_the_border_of_boxes_is_one() -> None:
-    """Every first cut goes through it: each neighbour proves it, inflated."""
-    zeros = all_zeros(np.sin, lambda x: np.cos(x)[None], sine_spread, [-10.0], [10.0])
-    assert zeros.complete
-    assert zeros.points.shape == (1, 7)
 
 
 def test_a_linear_equation_does_not_shrink_boxes_to_nothing() -> None:

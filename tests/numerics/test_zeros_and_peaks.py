@@ -13,7 +13,6 @@ from wucht.numerics.zeros_and_peaks import (
     first_where,
     interval_maxima,
     interval_peaks,
-    stretches,
 )
 
 
@@ -41,11 +40,6 @@ def test_crossings() -> None:
 )
 def test_to_the_last_bit(function, zero) -> None:
     assert crossings(function, np.linspace(0.05, 12.1, 37)) == pytest.approx([zero], rel=5e-16)
-
-
-def test_the_first_where_a_condition_holds() -> None:
-    assert first_where(lambda x: x * x >= 2, 0.0, 2.0) == pytest.approx(math.sqrt(2), rel=3e-16)
-    assert first_where(lambda x: x >= 1.5, 0.0, 2.0) == 1.5
 
 
 @pytest.mark.parametrize("samples_a_period", [12, 48])
@@ -96,16 +90,6 @@ def test_the_envelope_of_a_growing_or_decaying_vibration_goes_on_as_high_as_its_
     assert np.abs(line / slow - 1).max() < 0.05 * 2 * step + (30 * 0.005) ** 2 / 8
 
 
-@pytest.mark.parametrize("turned", [1, -1])
-def test_the_envelope_of_a_vibration_that_becomes_slower_or_faster_goes_on_at_either_end(turned):
-    """At each end the window is that of the vibration there: at the slow one the valley that is cut is a long one."""
-    t = np.linspace(0, 10, 4001)
-    frequency, phase = 30 - 2.5 * t, 30 * t - 1.25 * t**2
-    swinging = np.abs(np.cos(phase - phase[-1] + np.pi / 2))[::turned]
-    line = envelope(t, swinging, np.pi / frequency[::turned])
-    assert line.min() > 0.99
-
-
 def test_the_envelope_against_a_direct_search():
     draw = np.random.default_rng(3)
     t = np.linspace(0, 1, 200)
@@ -119,18 +103,6 @@ def test_the_envelope_against_a_direct_search():
     lowest = np.array([highest[reach(i)].min() for i in range(200)])
     inside = slice(2 * half.max(), -2 * half.max())  # beyond it the ends are seen
     assert np.array_equal(envelope(t, radius, window)[inside], lowest[inside])
-
-
-@pytest.mark.parametrize("holds", [[], [False], [True], [True, False, True, True], [False, True, True, False], [True] * 3])
-def test_stretches_are_those_of_a_loop(holds: list[bool]) -> None:
-    begun, expected = None, []
-    for i, one in enumerate([*holds, False]):
-        if one and begun is None:
-            begun = i
-        if not one and begun is not None:
-            expected.append((begun, i))
-            begun = None
-    assert stretches(np.array(holds, bool)) == expected
 
 
 @pytest.mark.parametrize("border", [0.3, 1.0, 7.25])

@@ -23,44 +23,9 @@ from wucht.system import System
 MESH = Mesh.even(20, 4)
 
 
-def bratu(load: float) -> tuple[BoundaryValueProblem, np.ndarray]:
-    """y'' = -load exp(y), y(0) = y(1) = 0: two solutions below the load 3.513830719, none above. The row keeps the load."""
-
-    def field(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        zero, one, grown = np.zeros_like(u[0]), np.ones_like(u[0]), np.exp(np.minimum(u[0], 50.0))
-        return np.array([u[1], -u[2] * grown]), np.array([[zero, one, zero], [-u[2] * grown, zero, -grown]])
-
-    def ends(first: np.ndarray, last: np.ndarray, _: np.ndarray) -> EndValues:
-        begin, end = np.zeros((2, 2)), np.zeros((2, 2))
-        begin[0, 0] = end[1, 0] = 1.0
-        return np.array([first[0], last[0]]), begin, end, np.zeros((2, 1))
-
-    nothing = Reference(np.zeros((2, 0)), np.zeros((2, 0)))
-    problem = BoundaryValueProblem(field, 2, 1, ends, None, MESH, nothing, np.ones(3))
-    row = np.zeros(2 * len(MESH.nodes) + 1)
-    row[-1] = 1.0
-    return problem, row
-
-
 def start(height: float, load: float) -> np.ndarray:
     t = MESH.nodes
     return np.append(np.column_stack([4 * height * t * (1 - t), 4 * height * (1 - 2 * t)]).ravel(), load)
-
-
-def highest(theta: float) -> float:
-    """Of y = -2 ln(cosh(theta (t - 1/2)/2)/cosh(theta/4))."""
-    return float(2 * np.log(np.cosh(theta / 4)))
-
-
-@pytest.mark.parametrize(("height", "theta"), [(0.0, 1.5171645990507543), (5.0, 10.93870277206211)])
-def test_both_solutions_of_bratu(height: float, theta: float) -> None:
-    """Load 1: theta = sqrt(2 load) cosh(theta/4)."""
-    assert theta == pytest.approx(np.sqrt(2) * np.cosh(theta / 4), rel=1e-9)
-    problem, row = bratu(1.0)
-    unknowns, steps = solve_across_row(problem, start(height, 1.0), row, -1, 25, 1e-10)
-    assert problem.split(unknowns)[0][:, 0].max() == pytest.approx(highest(theta), rel=1e-6)
-    assert unknowns[-1] == 1.0 and steps < 12
-    assert np.abs(problem.residual(unknowns)[0]).max() < 1e-9
 
 
 def test_from_where_whole_steps_go_astray() -> None:

@@ -58,14 +58,6 @@ def test_the_branch_that_does_not_touch() -> None:
         np.testing.assert_allclose(sorted(equilibria_at(branch, 0.5)[0]), np.sort(np.roots([-1, 0, 0.5, 0.01]))[:2], rtol=1e-12)
 
 
-def test_what_is_known_at_one_value_is_a_start_at_the_next() -> None:
-    """x^3 = p x: zero is a solution for all p, from which the other two are found where p > 0."""
-    problem = EquilibriumContinuation(equations(System((X,), (P * X - X**3,), (P,))), (-1, 1))
-    trivial, other = disconnected_branches(problem, [-0.5, 0.5], np.array([[0.0]]))
-    assert np.abs(trivial.unknowns[0]).max() < 1e-12
-    np.testing.assert_allclose(other.unknowns[1], other.unknowns[0] ** 2, atol=1e-12)
-
-
 def test_work_is_bounded() -> None:
     """Without solutions too, and where the Jacobian is singular or the equations cannot be evaluated."""
     nothing = equations(System((X,), (X**2 + 1 + P,), (P,)))

@@ -83,13 +83,6 @@ def test_a_branch_around_a_circle_of_an_angle_is_closed() -> None:
     assert len(branch.special) == 2
 
 
-def test_a_function_of_the_user_is_zero_where_it_says() -> None:
-    problem = equilibria(AB, "p1", {"p2": 15.0}, 0, 0.3, functions={"half": lambda unknowns: unknowns[0] - 0.5})
-    (half,) = [p for p in problem.follow_branch(problem.start([0, 0], 0.0)).special if p.kind == "half"]
-    assert half.x[0] == pytest.approx(0.5, abs=1e-10)
-    assert np.abs(problem.equations.values(half.unknowns)[0]).max() < 1e-12
-
-
 def test_two_hopf_points_within_a_step_do_not_hide_each_other() -> None:
     """Two oscillators, undamped at p = 0 and 0.01: the product of the sums of eigenvalues changes its sign twice."""
     z, w = sp.symbols("z w", real=True)
@@ -110,14 +103,6 @@ def test_rounding_of_the_tangent_is_no_fold() -> None:
     problem = equilibria(System((X,), (P - sp.exp(-X),), (P,)), "p", {}, -1, 1, limits={0: (-1, 60)}, steps=Steps(most=1))
     branch = problem.follow_branch(problem.start([0.0], 1.0))
     assert branch.special == () and 60 in (branch.points[0].x[0], branch.points[-1].x[0])
-
-
-def test_why_a_branch_ends() -> None:
-    few = equilibria(AB, "p1", {"p2": 15.0}, 0, 0.3, steps=Steps(points=4))
-    assert few.follow_branch(few.start([0, 0], 0.0)).ends[1] == "it has reached the maximum number of points, 4"
-    ending = equilibria(System((X,), (X - sp.sqrt(P),), (P,)), "p", {}, -1, 1)
-    branch = ending.follow_branch(ending.start([0.5], 0.25))
-    assert branch.ends[0].startswith("no further point could be computed") and branch.unknowns[-1, 0] < 1e-5
 
 
 def test_a_user_gives_residual_and_jacobian() -> None:

@@ -146,14 +146,3 @@ def test_the_cusp_of_a_bent_manifold_lies_where_a_symbolic_form_vanishes() -> No
     at = next(p for p in curve.special if p.kind == "cusp" and abs(p.x[0] - x) < 0.1)
     np.testing.assert_allclose(at.x, [x, math.sin(x) + x**2], rtol=1e-9)
     np.testing.assert_allclose(at.parameter_values, [x**2 - x**3 - q(x) * (math.sin(x) + x**2), q(x)], rtol=0, atol=1e-10)
-
-
-def test_the_null_vector_may_turn_all_round() -> None:
-    """v = (cos q, sin q)."""
-    along, across = sp.cos(Q) * X + sp.sin(Q) * Y, -sp.sin(Q) * X + sp.cos(Q) * Y
-    first, second = P + along**2, -across
-    system = System((X, Y), (sp.cos(Q) * first - sp.sin(Q) * second, sp.sin(Q) * first + sp.cos(Q) * second), (P, Q))
-    problem = folds(system, (-1, 1), (0, 7))
-    curve = problem.follow_curve(problem.start([0, 0], (0.01, 0.5)))
-    assert curve.ends == ("it leaves the range at q = 0", "it leaves the range at q = 7") and curve.special == ()
-    assert np.abs(curve.parameter_values[0]).max() < 1e-11

@@ -168,16 +168,6 @@ def test_bits_do_not_depend_on_tiles_or_threads() -> None:
     assert same(whole, first)
 
 
-def test_bits_do_not_depend_on_the_order() -> None:
-    members, run = settling()
-    order = np.random.default_rng(4).permutation(len(members))
-    first, mixed = run(members, 50, 2), run(Members.of(members.starts[order], members.parameter_values[order]), 50, 2)
-    assert np.array_equal(mixed.states, first.states[order])
-    assert np.array_equal(mixed.times, first.times[order])
-    assert np.array_equal(mixed.record.total, first.record.total[:, order])
-    assert {int(order[i]): s for i, s in mixed.sentences.items()} == first.sentences
-
-
 def test_one_that_runs_away_ends_where_it_was_sampled_last() -> None:
     """x' = x^2: x = 1/(1/x(0) - t). Sampled each quarter: before 5.1 at 5, before 1.6 at 1.5, before 0.2 at the start alone."""
     poles = np.array([5.1, 1.6, 0.2])

@@ -230,13 +230,3 @@ def test_the_largest_value_beside_a_breakpoint() -> None:
         assert result.peaks[0] == pytest.approx([0.5] * 3, abs=1e-12)
         assert result.peaks[1] == pytest.approx([11.0] * 3, abs=1e-12)
         assert result.states[0] == pytest.approx([-1.0] * 3, abs=1e-12)
-
-
-@pytest.mark.parametrize("samples", [2, 50])
-def test_a_quantity_is_largest_just_after_its_jump(samples: int) -> None:
-    """x = exp(w (1 - t)), observed from t = 1 on, where it is 1: then it falls, a little or by far."""
-    switched_on = PiecewiseCubic(TIME, interpolated_pieces("on", [0.0, 1.0], [0.0, 1.0], "steps"))
-    rates, decay = np.linspace(0.1, 300.0, 20)[:, None], System((x,), (-w * x,), (w,))
-    observed = Quantities((x,), (switched_on * x,))
-    result = advance(np.exp(rates), rates, np.linspace(0.0, 3.0, samples), decay, observed)
-    assert result.peaks[0] == pytest.approx(np.ones(20), rel=1e-9)

@@ -63,16 +63,6 @@ def test_hits_come_in_order_of_time(engine, samples):
     assert [h.time for h in run.hits[:5]] == pytest.approx(times, abs=1e-10)
 
 
-def test_hits_around_an_action_come_in_order():
-    """Passing events before and after one that acts, within one step of the integrator."""
-    clock = System((x,), (sp.S.One,))
-    act = Event("act", x - sp.Rational(1, 2), action=lambda t, state, pars: (state, pars))
-    around = (Event("late", x - sp.Rational(3, 5)), act, Event("early", x - sp.Rational(2, 5)))
-    run = run_with(clock, around, [0.0], [], np.array([0.0, 1.0]))
-    assert [h.name for h in run.hits] == ["early", "act", "late"]
-    assert [h.time for h in run.hits] == pytest.approx([0.4, 0.5, 0.6], abs=1e-12)
-
-
 # A leader that accelerates at a given rate, and a body that is held by it until it is released, then keeps its speed: `held`
 # multiplies what the body has in common with the leader.
 HELD = System((w, b), (rate, held * rate), (rate, held))
@@ -92,13 +82,6 @@ def test_a_body_released_at_a_time(samples):
     assert np.abs(run.states[0] - 2 * grid).max() < 1e-11
     assert np.abs(run.states[1] - 2 * np.minimum(grid, 3.0)).max() < 1e-11
     assert run.final_parameter_values.tolist() == [2.0, 0.0]
-
-
-def test_the_hit_shows_the_state_before_the_action():
-    kick = Event("kick", TIME - 1, action=lambda t, state, pars: (np.array([0.0, 5.0]), pars))
-    run = run_with(HELD, (kick,), [1.0, 0.0], [1.0, 1.0], np.array([0.0, 0.5, 2.0]))
-    assert run.hits[0].state == pytest.approx([2.0, 1.0], abs=1e-12)
-    assert run.states[:, -1] == pytest.approx([1.0, 6.0], abs=1e-12)
 
 
 def test_two_actions_in_one_step_both_happen(engine):
@@ -132,7 +115,7 @@ def test_a_bouncing_ball(engine, direction):
 
 
 @pytest.mark.parametrize("acts", [False, True])
-def test_an_event_at_the_border_of_two_legs_counts_once(engine, acts, monkeypatch):
+def test_an_event_at_the_border_of_two_legs_counts_once(engine, acts):
     """Samples are taken in legs; an event may lie exactly where one ends and the next begins."""
     clock, grid, borders = System((x,), (sp.S.One,)), np.linspace(0, 1, 20_001), []
     integrate(compile_system(clock, engine=engine), [0.0], [], grid, borders.append)
@@ -162,14 +145,6 @@ def test_a_run_does_not_know_of_the_events_of_the_run_before(engine, terminal):
         run = integrate(flow, [1 - before], [speed], np.array([0.0, 2.0]))
         assert [h.name for h in run.hits] == ["one"]
         assert run.hits[0].time == pytest.approx(before / speed, rel=1e-5)
-
-
-@pytest.mark.parametrize("speed", [0.01, 300.0])
-def test_steps_follow_an_event_function_that_changes_faster_than_the_states(speed):
-    """An angle that turns evenly asks for no short steps, its sine does."""
-    turning = System((x,), (rate,), (rate,), angles=frozenset({x}))
-    run = run_with(turning, (Event("zero", sp.sin(x)),), [0.5], [speed], np.array([0.0, 100 / speed]))
-    assert [h.time for h in run.hits] == pytest.approx([(k * math.pi - 0.5) / speed for k in range(1, 32)], rel=1e-11)
 
 
 @settings(max_examples=40, deadline=None, derandomize=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -16,8 +15,7 @@ from tests.refusals import failed
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integration import integrate
-from wucht.numerics.flow.trajectory import Trajectory
-from wucht.system import TIME, Output, System
+from wucht.system import Output, System
 
 x, y, v = sp.symbols("x y v", real=True)
 k, c = sp.symbols("k c", real=True)
@@ -47,13 +45,6 @@ def test_the_error_falls_with_the_tolerance(engine):
     errors = np.array([abs(run.states[0, -1] - swing(10.0)) for run in runs])
     assert 0.9 < np.polyfit(np.log(tolerances), np.log(errors), 1)[0] < 1.5
     assert (errors < 20 * tolerances).all()
-
-
-def test_explicit_time(engine):
-    driven = System((x,), (sp.cos(TIME) * k,), (k,))
-    time = np.linspace(1.0, 9.0, 33)
-    run = integrate(compile_system(driven, engine=engine), [0.0], [3.0], time)
-    assert np.abs(run.states[0] - 3 * (np.sin(time) - np.sin(1.0))).max() < 1e-11
 
 
 FUNCTIONS = [
@@ -191,15 +182,6 @@ def _assert_clock(run, time):
     assert run.time.tolist() == list(time)
     assert run.states[0] == pytest.approx(time, abs=1e-12)
     assert run.quadratures["area"] == pytest.approx(np.square(time) / 2, abs=1e-12)
-
-
-@pytest.mark.parametrize("cuts", [(0, 5, 10), (0, 0, 3, 3, 10, 10)])
-def test_a_sample_that_two_parts_share_counts_once(cuts):
-    flow, parts = compile_system(CLOCK), []
-    for begin, end in pairwise(cuts):
-        state = parts[-1].end_state if parts else [0.0]
-        parts.append(integrate(flow, state, [], GRID[begin : end + 1]))
-    _assert_clock(Trajectory.of(parts), GRID)
 
 
 def test_a_part_that_begins_at_an_event_between_two_samples_keeps_all_of_its_own():

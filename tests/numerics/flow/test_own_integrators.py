@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.files.catalogue import load_machine
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integration import integrate
@@ -72,12 +74,6 @@ def test_a_run_within_a_run(engine: str, system: System, events: tuple[Event, ..
     assert all(same(n, inner) for n in nested)
 
 
-def test_two_systems_in_turn(engine: str) -> None:
-    first = [run(s, engine, 2.0, (PASSING,)) for s in (SPRING, DRIVEN)]
-    for _ in range(3):
-        assert all(same(run(s, engine, 2.0, (PASSING,)), f) for s, f in zip((SPRING, DRIVEN), first, strict=True))
-
-
 STOPPING = Event("stop", x - 0.5, -1, terminal=True)
 DIVERGING = System((x, v), (x**2, k * x), (k,))
 
@@ -102,3 +98,18 @@ def test_a_run_leaves_nothing_to_the_next(engine: str, system: System, events: t
     assert spoilt[3].failure or system is not DIVERGING
     for _ in range(3):
         assert same(once(-1.0), first)
+
+
+def test_twice_and_paused_and_continued() -> None:
+    """An inverter, a schedule, balls that touch."""
+    machine = load_machine("practice/laundry-drum")
+    flow = compile_system(machine.system, tolerance=1e-10)
+    initial, grid = initial_state(machine, {}), np.linspace(0, 4.0, 3500)
+    once, again = (integrate(flow, initial, machine.values, grid) for _ in range(2))
+    assert np.array_equal(once.states, again.states)
+    part = integrate(flow, initial, machine.values, grid[:1025])
+    while len(part.time) < len(grid):
+        last = len(part.time) - 1
+        part = part.join(integrate(flow, part.end_state, machine.values, grid[last : last + 1025]))
+    assert np.array_equal(once.states, part.states)
+    assert np.array_equal(once.quadratures["supplied_work"], part.quadratures["supplied_work"])

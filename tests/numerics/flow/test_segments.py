@@ -121,16 +121,6 @@ def test_an_argument_that_starts_on_its_breakpoint(engine, speed):
     assert np.abs(trajectory.states - bilinear(trajectory.time + shift)).max() < BETWEEN
 
 
-@each_alone_and_on_lanes
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_an_argument_that_starts_on_its_breakpoint_at_rest_and_is_pushed_off(engine, side):
-    """With a force of constant direction: x'' = side - spring."""
-    system = System((x, v), (v, c - PiecewiseCubic(x, BILINEAR)), (c,))
-    trajectory = run(system, [0.0, 0.0], 6.0, 60, parameters=[side], engine=engine)
-    k = 4.0 if side > 0 else 1.0
-    assert trajectory.states[0] == pytest.approx(side / k * (1 - np.cos(math.sqrt(k) * trajectory.time)), abs=BETWEEN)
-
-
 GRAZING = [0.0, *(s * 10.0**-k for k in (16, 13, 10, 4) for s in (1, -1))]
 
 
@@ -184,16 +174,6 @@ def test_a_quadrature_gains_where_its_function_jumps(engine):
         trajectory = run(system, [0.0], 4.0, samples, engine=engine)
         exact = np.where(trajectory.time >= 1, 2.0, 0.0) + np.where(trajectory.time >= 3, 9.0, 0.0)
         assert trajectory.quadratures["work"] == pytest.approx(exact, abs=1e-12)  # at the breakpoint itself: from the right
-
-
-def test_two_jumps_at_one_time():
-    """p and q step together: the gain is that of both, once."""
-    p, q = PiecewiseCubic(TIME, step("p", 1.0, 0.0, 2.0)), PiecewiseCubic(TIME, step("q", 1.0, 3.0, 4.0))
-    system = System((x,), (sp.S.One,), quadratures=(Output("work", sp.S.Zero, jump=p * q * x),))
-    assert run(system, [0.0], 4.0).quadratures["work"][-1] == pytest.approx(8.0, abs=1e-12)
-    r = PiecewiseCubic(x, step("r", 1.0, 3.0, 4.0))  # another argument that reaches its breakpoint at the same time
-    system = System((x,), (sp.S.One,), quadratures=(Output("work", sp.S.Zero, jump=p * r * x),))
-    assert run(system, [0.0], 4.0).quadratures["work"][-1] == pytest.approx(8.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("pause", [math.pi / 2, math.pi / 2 + 1e-12, 3.0])

@@ -39,12 +39,6 @@ def test_an_approach_half_as_far_again_as_its_limit(ratio, height):
     assert (there.low, there.high) == pytest.approx(tuple(sorted([means[-1], beyond])), rel=1e-12)
 
 
-def test_the_slower_of_the_last_two_ratios_counts():
-    slower_last, slower_first = after(1, 0.5, 0.5 * 0.3, 0.5 * 0.3 * 0.4), after(1, 0.5, 0.5 * 0.6, 0.5 * 0.6 * 0.4)
-    assert project(slower_last).high - project(slower_last).last == pytest.approx(1.5 * 0.06 * 0.4 / 0.6)
-    assert project(slower_first).high - project(slower_first).last == pytest.approx(1.5 * 0.12 * 0.6 / 0.4)
-
-
 @pytest.mark.parametrize(("first", "observed"), [(0.68, True), (0.72, False)])
 def test_a_decay_is_observed_whose_rates_differ_by_no_more_than_twice(first, observed):
     """The slowest of them tells how long it takes; 0.7 is the root of 0.49."""
@@ -92,12 +86,6 @@ def test_a_drift_hardly_turns_back(share, course):
     back = 3 * (1 - share) / (1 + share)
     assert project(after(1, -back, 1, 1)).course is course
     assert project(after(-1, back, -1, -1)).course is course
-
-
-def test_a_drift_that_comes_to_rest_is_none():
-    assert project(after(1, 1, 1, 0)).course is Course.STATIONARY
-    assert project(after(1, 1, 1, 1e-9), rounding=0.9e-9).course is Course.DRIFTING
-    assert project(after(1, 1, 1, 1e-9), rounding=1.1e-9).course is Course.STATIONARY
 
 
 @pytest.mark.parametrize("rate", [1e-3, 0.5])

@@ -82,16 +82,6 @@ def test_extremes_of_the_angle_are_of_fourth_order(k):
         assert 0.9 < np.abs(found - exact).max() / (step**2 / 8) < 1.0
 
 
-def test_the_distance_has_limits_of_its_own():
-    """r^2 = 4 + cos t: its largest value at t = 2 pi lies between samples."""
-    t = np.arange(0, 9, 0.3)
-    samples = replace(Samples.of(t, (t, np.ones_like(t))), square=4 + np.cos(t), rate=-np.sin(t))
-    spans = SpanRecord(3.0).update(samples).last(1.0)
-    begin, end = np.append(0, spans.time[:-1]), spans.time
-    assert spans.greatest_distance == pytest.approx(np.sqrt(4 + greatest_cosine(begin, end)), abs=1e-5)
-    assert spans.least_distance == pytest.approx(np.sqrt(4 - greatest_cosine(begin + np.pi, end + np.pi)), abs=1e-5)
-
-
 def test_a_long_motion_is_bounded():
     record = SpanRecord(0.01)
     for begin in range(20):
@@ -189,18 +179,6 @@ def test_the_weighted_sum_of_phases_and_the_distance():
     assert (blocks.least_amplitude <= blocks.amplitude).all()
     assert (blocks.amplitude <= blocks.greatest_amplitude).all()
     assert recorded(samples).last(1.0).greatest_sum.max() == 0.0
-
-
-def test_only_turns_since_the_leader_turned_back_count():
-    """phi = 60 - (t - 20)^2/5 turns back at t = 20, and the record is of what follows as soon as that has turned once."""
-    t = np.linspace(0, 60, 6001)
-    samples = Samples.of(t, (60 - (t - 20) ** 2 / 5, -(t - 20) / 2.5))
-    record, forth = TurnRecord(0).update(samples), TurnRecord(0).update(samples.part(slice(0, 2000)))
-    assert (forth.sense, record.sense) == (1, -1)
-    assert forth.last(1.0).time[-1] < 20 < record.last(1.0).time[0]
-    assert (record.last(1.0).speed > 0).all()
-    assert record.turns == pytest.approx(320 / (2 * np.pi) - 1, abs=1.5 / MARKS_PER_TURN)
-    assert len(forth.update(samples.part(slice(2000, 2300))).last(1.0)) == len(forth.last(1.0))
 
 
 @pytest.mark.parametrize(

@@ -25,15 +25,6 @@ def test_cubics_are_exact_and_go_on_beyond_the_ends():
     assert hermite(at, x, *both)[1] == pytest.approx(-2 * CUBIC(at), rel=1e-13, abs=1e-13)
 
 
-def test_the_error_is_of_fourth_order():
-    """The cubic is off by h^4/384 of the fourth derivative in the middle between samples, where that is alike."""
-    errors = []
-    for n in (11, 21, 41, 81):
-        x = np.linspace(0, 3, n)
-        errors.append(np.abs(hermite((x[1:] + x[:-1]) / 2, x, np.sin(x), np.cos(x)) - np.sin((x[1:] + x[:-1]) / 2)).max())
-    assert errors == pytest.approx([(3 / n) ** 4 / 384 for n in (10, 20, 40, 80)], rel=0.02)
-
-
 # Of rise 1, and monotone between as long as both are at most 3 (F. N. Fritsch, R. E. Carlson, SIAM J. Numer. Anal. 17, 1980).
 SLOPES = [(a, b) for a in (0.0, 1e-9, 0.5, 1.0, 3.0) for b in (0.0, 1e-9, 0.5, 1.0, 3.0)]
 
@@ -47,14 +38,6 @@ def test_the_place_where_a_monotone_cubic_has_a_value(first, last, rise):
     share = shares_at_values(rise * wanted, x, y, slope, i)
     assert ((share >= 0) & (share <= 1)).all()
     assert interpolate(share, x, y, slope, i) / rise == pytest.approx(wanted, rel=0, abs=2e-14)
-
-
-def test_a_cubic_that_overshoots_is_met_once_between_its_ends():
-    y, slope, i = np.array([0.0, 1.0]), np.array([-2.0, 9.0]), np.zeros(5, int)
-    wanted = np.array([0.0, 0.1, 0.5, 0.9, 1.0])
-    share = shares_at_values(wanted, UNIT, y, slope, i)
-    assert ((share >= 0) & (share <= 1)).all()
-    assert interpolate(share, UNIT, y, slope, i) == pytest.approx(wanted, abs=1e-13)
 
 
 def turns(time, *motions):

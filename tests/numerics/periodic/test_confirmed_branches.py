@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
-from itertools import islice
 
 import numpy as np
 import pytest
@@ -23,7 +22,6 @@ from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.numerics.periodic.branch_ends import BranchEnd, branch_end
 from wucht.numerics.periodic.cycle import Cycle
-from wucht.numerics.periodic.cycle_curves import CycleCurve
 from wucht.numerics.periodic.cycle_starts import crossing_branch, cycle_at, cycle_at_hopf, cycle_near, cycles_with
 from wucht.numerics.periodic.cycles import STEPS, Cycles
 from wucht.numerics.periodic.floquet import integrated_maps, logarithms, transverse_maps
@@ -172,29 +170,6 @@ def test_multipliers_of_three_states_have_the_product_that_liouville_demands() -
     first = settled_on(cycles, system, {"p1": 0.175, "p2": 17.0}, [0.5, 2.0, 0.0], 200.0)
     assert first.logarithms.real == pytest.approx([-first.period, -117.2800415], abs=1e-3)
     assert abs(first.product_error) < 1e-3
-
-
-@pytest.mark.slow
-def test_a_branch_begins_at_its_own_fold_and_at_one_of_a_curve_in_two_parameters() -> None:
-    cycles, first = isola()
-    folds = [p for p in cycles.walk(first) if p.kind == "fold"]
-    for fold in folds:
-        start = cycle_at(cycles, fold, fold.parameter)
-        assert start.parameter == pytest.approx(fold.parameter, abs=1e-8)
-        points = list(walk := cycles.walk(start))
-        assert walk.end == CURVE_IS_CLOSED
-        others = [p.parameter for p in points if p.kind == "fold"]
-        assert any(abs(value - other.parameter) < 1e-9 for other in folds if other is not fold for value in others)
-    scale = {"s": 30.0, "a": 100.0, "rho": 1.0, "S0": 10.0}
-    curve = CycleCurve.of("fold", PLP, ("rho", "S0"), {}, ((2.0, 6.0), (105.0, 115.0)), scale=scale, accuracy=1e-9)
-    *_, at = islice(curve.walk(curve.start(folds[0], 111.0)), 5)
-    rho, s0 = at.parameter_values
-    assert abs(s0 - 111.0) > 0.01
-    aside = Cycles.of(PLP, "rho", {"S0": s0}, (2.0, 6.0), scale=scale, accuracy=1e-9)
-    points = list(walk := aside.walk(cycle_at(aside, at, rho)))
-    assert walk.end == CURVE_IS_CLOSED and len(points) > 10
-    along_other = Cycles.of(PLP, "S0", {"rho": rho}, (105.0, 115.0), scale=scale, accuracy=1e-9)
-    assert cycle_at(along_other, at, s0).parameter == pytest.approx(s0, abs=1e-7)
 
 
 def test_cycles_at_a_wanted_value() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.refusals import rejected
 
-from known_orbits import BAUTIN, EVEN, PITCHFORK, PLANE, SPACE, TORUS_BIRTH, W, X, Y, Z, placed
+from known_orbits import BAUTIN, EVEN, MOEBIUS, PITCHFORK, PLANE, SPACE, TORUS_BIRTH, W, X, Y, Z, placed
 from wucht.numerics.periodic.cycle_curves import CurveCycle, CycleCurve
 from wucht.numerics.periodic.cycle_starts import cycle_near
 from wucht.numerics.periodic.cycles import Cycles
@@ -32,20 +32,6 @@ def curve(kind: str, system: System, samples: np.ndarray, period: float, low: fl
         found += list(walk)
         assert walk.end.startswith("it leaves the range at")
     return found
-
-
-def test_folds_end_at_the_generalised_hopf_point_and_are_not_retraced() -> None:
-    """r^2 = q/2 shrinks to zero at q = 0."""
-    cycles = Cycles.of(BAUTIN, "p", {"q": 0.5, "speed": 2.0}, (-0.6, 0.9))
-    samples = placed(PLANE, {s: math.sqrt(0.5) * v for s, v in WAVE.items()})
-    first = cycle_near(cycles, 2 * math.pi / 2.125 * TAU, samples, 0.0)
-    fold = next(p for start in (first, cycles.backwards(first)) for p in cycles.walk(start) if p.kind == "fold")
-    followed = CycleCurve.of("fold", BAUTIN, ("p", "q"), {"speed": 2.0}, ((-0.6, 0.9), (-0.9, 0.9)))
-    start = followed.start(fold, 0.5)
-    walks = [followed.walk(way) for way in (start, followed.backwards(start))]
-    second = np.concatenate([[p.parameter_values[1] for p in walk] for walk in walks])
-    assert "it shrinks to an equilibrium: a generalised Hopf point" in [walk.end for walk in walks]
-    assert -1e-6 < second.min() < 0.05 and second.max() == 0.9
 
 
 @pytest.mark.parametrize("name", [None, "p", "q"])
@@ -111,15 +97,17 @@ def test_a_symmetry_that_is_lost_ends_the_curve_on_which_it_breaks(monkeypatch: 
     assert len(list(walk)) == 2 and walk.end == "the orbit loses the symmetry that was broken"
 
 
-def test_broken_symmetries_lie_on_their_parabola() -> None:
+def test_period_doublings_and_broken_symmetries_lie_on_their_parabola() -> None:
     samples = placed(EVEN, WAVE | {Z: 0 * TAU})
-    points = curve("branch-point", PITCHFORK, samples, math.pi, -0.3)
-    assert {p.parameter_values[1] for p in points} >= {-0.7, 0.9}
-    for point in points:
+    for point in (points := curve("branch-point", PITCHFORK, samples, math.pi, -0.3)):
         p, q = point.parameter_values
-        assert p == pytest.approx(q**2, abs=1e-8)
+        assert p == pytest.approx(q**2, abs=1e-8) and abs(point.extra[1]) < 1e-8
         np.testing.assert_allclose(point.states[2], 0, atol=1e-9)
-        assert abs(point.extra[1]) < 1e-8
+    assert {p.parameter_values[1] for p in points} >= {-0.7, 0.9}
+    samples = placed(SPACE, WAVE | {Z: 0 * TAU, W: 0 * TAU})
+    for point in curve("period-doubling", MOEBIUS, samples, math.pi, -0.3, frequency=0.0):
+        p, q = point.parameter_values
+        assert p == pytest.approx(q**2, abs=1e-8) and point.period == pytest.approx(math.pi, abs=1e-8)
 
 
 def test_bad_input_is_told() -> None:

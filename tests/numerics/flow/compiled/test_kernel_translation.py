@@ -64,13 +64,6 @@ def test_loops_and_branches(functions, n: int) -> None:
         assert compiled(n) == python(n)
 
 
-@pytest.mark.parametrize("choice", [0, 3, 5])
-@pytest.mark.parametrize("pair", [(1.0, 2.0), (-1.0, 2.0), (3.0, -0.5), (-2.0, -1.0), (math.nan, 1.0)])
-def test_numbers(functions, pair: tuple[float, float], choice: int) -> None:
-    compiled, python, _ = functions["mean_of_some"]
-    assert compiled(*pair, choice) == pytest.approx(python(*pair, choice), rel=1e-15, nan_ok=True)
-
-
 @pytest.mark.parametrize("statement", ["with x: pass", "x = [1]", "return x @ x", "del x", "n = 1.5", "return unknown"])
 def test_all_else_is_refused(statement: str) -> None:
     with pytest.raises((TypeError, KeyError)):
