@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.refusals import failed
+from tests.refusals import failed, refused
 
 from wucht.analysis.configurations.closed_form import State, fixed_speed_states
 from wucht.analysis.configurations.full_stability import FullStability
@@ -245,3 +245,12 @@ def test_a_clockwise_machine_has_the_orbit_of_its_mirror_image() -> None:
     assert all(orbit.residual < 1e-6 for orbit in orbits)
     sizes = [np.sort(np.abs(orbit.multipliers)) for orbit in orbits]
     assert sizes[1] == pytest.approx(sizes[0], rel=1e-5)
+
+
+def test_unknown_parameters_are_refused() -> None:
+    full, state = judged(drum(), speed=200.0)
+    relative = full.motions.relative
+    assert relative is not None
+    found = relative.find_near(relative.to_turning_frame(full.start(state)))
+    with refused("parameter", given="carrier.gravity"):
+        relative.branches_over("carrier.gravity", (0, 10), found)

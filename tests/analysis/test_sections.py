@@ -100,3 +100,14 @@ def test_a_speed_that_is_fixed_is_in_the_rotors_sense() -> None:
         assert made.turning == -1
         assert made.rotor_speed(np.zeros((1, 2))).tolist() == [sense * 75.0] * 2
         assert [a.name for a in made.axes] == ["psi"]
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_speed_that_a_drive_prescribes_is_that_of_the_section(sense: float) -> None:
+    """Signed, for every state; the phases alone are its axes."""
+    rollers = load_machine("sperling-rollers/table-1")
+    given = rollers.values["drive.speed"]
+    averaged_equations = averaged_equations_of(machine_at_speed(rollers.with_values({"drive.speed": sense * given}), None))
+    made = section_of(averaged_equations, None)
+    assert made.turning == -1 and made.speed == pytest.approx(sense * given)
+    assert made.rotor_speed(np.zeros((len(made.axes), 3))) == pytest.approx(np.full(3, sense * given))

@@ -1,5 +1,6 @@
 """Which file is read how: text, sound, universal, TDMS and MDF files."""
 
+import importlib
 import os
 
 import numpy as np
@@ -351,3 +352,35 @@ def test_what_is_written_is_read(tmp_path_factory, values, separator):
     rows = [f"{i}{separator}{v!r}" for i, v in enumerate(values)]
     path.write_text("\n".join([f"time{separator}x", *rows]))
     assert read_text_file(path).channel("x").values.tolist() == values
+
+
+def test_a_library_that_is_not_there(tmp_path, monkeypatch):
+    path = tmp_path / "r.uff"
+    path.write_text("")
+
+    def none(name):
+        raise ImportError(name)
+
+    monkeypatch.setattr(importlib, "import_module", none)
+    with refused("r.uff", "wucht[measure]", given=None):
+        read_recording(path)
+
+
+def test_words_that_are_no_unit(read):
+    assert read("t;tilt in plane\n0;1\n1;2\n").channel("tilt in plane").unit == ""
+    assert read("t;a in g\n0;1\n1;2\n").channel("a in g").unit == "g"
+
+
+def test_a_channel_beyond_its_record_is_not_read(tmp_path):
+    """In a damaged file: its first byte, after so many links, is put behind the end of a record."""
+    path = write_mdf(tmp_path / "r.mf4", [("force", SLOW, [1.0, 2, 3], "")])
+    with MDF(path) as file:
+        channel = file.groups[0].channels[1]
+        place = channel.address + 24 + 8 * channel.links_nr + 4
+        assert channel.byte_offset == 8
+    whole = bytearray(path.read_bytes())
+    assert whole[place] == 8
+    whole[place] = 9
+    path.write_bytes(whole)
+    with refused("r.mf4", "MDF", "force", code="unreadable"):
+        read_recording(path).channel("force")

@@ -89,3 +89,16 @@ def test_a_pole_at_an_end_counts(low: float, high: float) -> None:
         assert np.isinf(above if high > 0 or power == 2 else below).all()
         assert below[0] <= above[0]
     assert bounds_of(1 / X, *at)[0] <= bounds_of(1 / X, *at)[1]
+
+
+@pytest.mark.parametrize("text", ["3*x/(x + 4) - x**3", "(x - 1)**2*(x + 2)", "1/x", "x*tanh(3*x)", "sqrt(2)*x + pi"])
+def test_enclosures_hold(text: str) -> None:
+    expression = sp.sympify(text, locals={"x": X})
+    low = np.linspace(-2.9, 2.5, 60)
+    high = low + 0.31
+    below, above = enclosure(expression, X, low, high)
+    inside = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, 21)
+    with np.errstate(divide="ignore"):
+        values = sp.lambdify(X, expression)(inside)
+    assert (values >= below[:, None] - 1e-12).all()
+    assert (values <= above[:, None] + 1e-12).all()

@@ -170,3 +170,10 @@ def test_generalised_hopf_point_of_the_normal_form() -> None:
     problem = HopfPoints(by_hand([growth * X - Y, X + growth * Y], [X, Y], [P, Q]), ((-2, 2), (-2, 2)))
     (special,) = problem.follow_curve(problem.start([0, 0], [0, 1.1], 1.0)).special
     assert special.kind == "generalised-hopf" and np.abs(special.parameter_values).max() < 1e-10
+
+
+def test_a_branch_that_leaves_the_range_for_less_than_a_step_ends_there() -> None:
+    """p = 1 - x^2 up to 0.9999."""
+    found = branch([1 - X**2 - P], [X], [1.0], 0.0, -1, 0.9999)
+    assert found.ends == ("it leaves the range at p = -1", "it leaves the range at p = 0.9999")
+    assert found.unknowns[-1, -1] == 0.9999 and found.special == ()

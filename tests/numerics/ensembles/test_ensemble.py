@@ -187,6 +187,12 @@ def test_what_does_not_fit_is_refused() -> None:
     ):
         with refusal:
             run_ensemble(compiled, members, Watch(), pace)
+    for starts, parameters in (((4,), (2,)), ((4, 3), (5, 2)), ((4, 3), ())):
+        with rejected("shape"):
+            Members.of(np.zeros(starts), np.zeros(parameters))
+    for numbers in ((0.0, 1, 1.0), (1.0, 0, 1.0), (1.0, 1, np.inf), (np.nan, 1, 1.0)):
+        with rejected("pace"):
+            Pace(*numbers)
     with rejected("none", "0"):
         run_ensemble(compiled, one.part(1, 2), Watch(), pace)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from wucht.numerics.phase_plane.fixed_points import fixed_points, may_jump, window_around
+from wucht.numerics.phase_plane.fixed_points import fixed_points, kind_of, may_jump, window_around
 from wucht.numerics.phase_plane.plane import TURN, Plane
 from wucht.piecewise import Pieces, PiecewiseCubic, step
 from wucht.system import System
@@ -92,3 +92,24 @@ def test_a_side_that_is_given_does_not_widen_the_other() -> None:
     )
     assert window is not None and alone is not None
     assert (window[0].tolist(), window[1].tolist()) == ([-20.0, alone[0][1]], [20.0, alone[1][1]])
+
+
+@pytest.mark.parametrize(
+    ("eigenvalues", "kind"),
+    [
+        ([1.0, -2.0], "saddle"), ([-1.0, -2.0], "stable node"), ([1.0, 2.0], "unstable node"), ([2j, -2j], "centre"),
+        ([-1 + 2j, -1 - 2j], "stable focus"), ([1 + 2j, 1 - 2j], "unstable focus"), ([0.0, -1.0], "degenerate"),
+        ([1.0, 0.0], "degenerate"),
+        ([0.0, 0.0], "degenerate"), ([1e-10 + 1j, 1e-10 - 1j], "centre"), ([1e-8 + 1j, 1e-8 - 1j], "unstable focus"),
+        ([-1.0, 0.9e-9], "degenerate"), ([-1.0, 1.1e-9], "saddle"),
+    ],
+)  # fmt: skip
+def test_kinds_of_fixed_points(eigenvalues: list[complex], kind: str) -> None:
+    assert kind_of(np.array(eigenvalues, complex)) == kind
+
+
+def test_a_larger_box_with_very_many_fixed_points_is_not_shown() -> None:
+    """sin x vanishes 7 times within 10, and 63 times within 100: 0.6 of the extent of the 7 is left on either side."""
+    window = window_around(System((X, Y), (sp.sin(X), -Y)), {}, np.full(2, math.nan), np.full(2, math.nan))
+    assert window is not None
+    assert (window[0][0], window[1][0]) == pytest.approx((-6.6 * math.pi, 6.6 * math.pi), rel=1e-9)
