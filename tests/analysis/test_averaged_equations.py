@@ -252,6 +252,9 @@ def test_shaken_machines_without_averaged_equations(motion: dict[str, Any], driv
     machine = machine_from({"carrier": {"directions": "x", "motion": motion}, "bodies": [ROTOR], "drive": drive})
     with refused("machine", code=code):
         averaged_equations_of(machine)
+    for order in (0, 3):
+        with refused("machine", f"order {order}", code="order"):
+            averaged_equations_of(load_machine("drozdetskaya-2020/r1", {}), True, order)
 
 
 @pytest.mark.parametrize("inertia", [True, False])

@@ -96,6 +96,17 @@ def test_with_a_motor_the_speed_is_sought_too(driven: SteadyTorques) -> None:
 # --- what a search says ---
 
 
+@pytest.mark.usefixtures("few")
+def test_more_bodies_are_sought_from_many_starts_until_no_index_is_missing(
+    monkeypatch: pytest.MonkeyPatch, two: SteadyTorques, driven: SteadyTorques
+) -> None:
+    monkeypatch.setattr(module, "_MOST_PROVED", 1)
+    found = module.search(two, 0.0, 0.0)
+    assert same(found.states, fixed_speed_states(two, 100.0)) and not found.complete
+    assert found.evidence.endswith("completeness is not proved, but their indices add up to 0, as they must")
+    assert module.search(driven, 1.0, 110.0).evidence.endswith("completeness is not proved")
+
+
 def test_indices_of_all_states_add_up_to_zero(two: SteadyTorques) -> None:
     states = fixed_speed_states(two, 100.0)
     each = [index(two, [s]) for s in states]

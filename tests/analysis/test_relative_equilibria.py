@@ -237,6 +237,15 @@ def stability(gravity: float = 0.0, damping: float = 40.0, count: int = 2, sense
     return FullStability(SteadyTorques.of(machine_from({"carrier": carrier, "bodies": [HEAVY, *balls], "drive": drive})), True)
 
 
+def test_a_family_that_gravity_breaks_is_judged_across_it() -> None:
+    """Three balls that compensate: along their family they creep, however slowly."""
+    full = stability(gravity=9.81, count=3)
+    family = next(s for s in fixed_speed_states(full.torques, 100.0) if s.dimension)
+    judged_across = full.stability(family)
+    assert judged_across.reason.startswith("the family is broken by gravity: bodies creep along it, here by up to ")
+    assert (judged_across.stable is not None) == judged_across.reason.endswith("stability is judged across the family")
+
+
 def test_a_clockwise_machine_has_the_orbit_of_its_mirror_image() -> None:
     both = [stability(count=1, sense=sense) for sense in (1, -1)]
     state, *_ = fixed_speed_states(both[0].torques, 100.0)

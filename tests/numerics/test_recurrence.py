@@ -30,6 +30,7 @@ def test_only_once_it_has_settled(decay: float, settled: bool) -> None:
 def test_a_motion_that_never_returns() -> None:
     assert recurrence(TIMES, np.array([np.sin(TIMES), np.sin(np.sqrt(2) * TIMES)]), PLAIN) is None
     assert recurrence(TIMES, np.array([np.exp(-TIMES), TIMES]), PLAIN) is None
+    assert recurrence(TIMES, np.ones((2, len(TIMES))), PLAIN) is None, "rest is no orbit"
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 2.5])

@@ -111,3 +111,12 @@ def test_work_that_is_left_is_undecided() -> None:
     for zero in ([0.5, -math.sqrt(0.75)], [0.5, math.sqrt(0.75)]):
         away = np.abs(centres - np.array(zero)[:, None]) <= radii + 1e-12
         assert away.all(axis=0).any() or np.abs(found.points - np.array(zero)[:, None]).max(axis=0).min(initial=1.0) < 1e-9
+
+
+def test_a_zero_on_the_seam_of_a_circle() -> None:
+    zeros = all_zeros(
+        np.sin, lambda x: np.cos(x)[None], lambda x, r: np.minimum(2.0, r)[None], [0.0], [2 * math.pi], periodic=[True]
+    )
+    assert zeros.complete
+    assert zeros.points.shape == (1, 2)
+    assert np.cos(zeros.points[0]) == pytest.approx([-1, 1]) or np.cos(zeros.points[0]) == pytest.approx([1, -1])

@@ -125,6 +125,8 @@ def test_bad_input_is_told() -> None:
         EquilibriumEquations.from_system(AB, ["p3"], {"p1": 1.0, "p2": 1.0})
     with rejected("no-value"):
         EquilibriumEquations.from_system(AB, ["p1"], {})
+    with rejected("unknown-name", "q", "p1"):
+        EquilibriumEquations.from_system(AB, ["p1"], {"p2": 15.0}, {"q": 1.0})
     with rejected("time-dependent"):
         EquilibriumEquations.from_system(System((X,), (sp.Symbol("t", real=True) - P,), (P,)), ["p"], {})
     nothing = equilibria(System((X,), (X**2 + 1 + P**2,), (P,)), "p", {}, -1, 1)

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping
 
@@ -146,3 +147,10 @@ def test_the_cusp_of_a_bent_manifold_lies_where_a_symbolic_form_vanishes() -> No
     at = next(p for p in curve.special if p.kind == "cusp" and abs(p.x[0] - x) < 0.1)
     np.testing.assert_allclose(at.x, [x, math.sin(x) + x**2], rtol=1e-9)
     np.testing.assert_allclose(at.parameter_values, [x**2 - x**3 - q(x) * (math.sin(x) + x**2), q(x)], rtol=0, atol=1e-10)
+
+
+def test_points_come_one_by_one() -> None:
+    problem = folds(CUSP, (-2, 2), (-1, 2))
+    walk = problem.walk(problem.start([0.5], (-0.25, 0.75)))
+    assert len(list(itertools.islice(walk, 3))) == 3 and walk.end == ""
+    assert list(walk)[-1].parameter_values[1] == 2 and walk.end == "it leaves the range at q = 2"

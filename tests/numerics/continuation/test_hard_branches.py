@@ -177,3 +177,17 @@ def test_a_branch_that_leaves_the_range_for_less_than_a_step_ends_there() -> Non
     found = branch([1 - X**2 - P], [X], [1.0], 0.0, -1, 0.9999)
     assert found.ends == ("it leaves the range at p = -1", "it leaves the range at p = 0.9999")
     assert found.unknowns[-1, -1] == 0.9999 and found.special == ()
+
+
+def test_a_constant_test_function_divides_by_nothing() -> None:
+    """Where Newton's method fails between two points, several of the values that are left may be equal."""
+    found = branch(
+        [(X - P) / (X - sp.Rational(1, 2))],
+        [X],
+        [0.1],
+        0.1,
+        -1,
+        1,
+        functions={"d": lambda unknowns: np.sign(unknowns[0] - 0.5)},
+    )
+    assert found.ends == ("it leaves the range at p = -1", "it leaves the range at p = 1")

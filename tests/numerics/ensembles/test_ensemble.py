@@ -259,8 +259,12 @@ def test_an_error_of_the_observer_comes_out() -> None:
         def update(self, record: Seen, chunk: Chunk) -> tuple[Seen, np.ndarray]:
             return record, np.array(False)
 
+    class Short(Watch):
+        def begin(self, members: Members) -> Seen:
+            return replace(super().begin(members), top=np.zeros(3))
+
     members = Members.of(np.ones((40, 1)), [0.1])
-    for watch, error in ((Wrong(), ZeroDivisionError), (Unsaid(), RunError)):
+    for watch, error in ((Wrong(), ZeroDivisionError), (Unsaid(), RunError), (Short(), RunError)):
         with pytest.raises(error):
             run_ensemble(compile_ensemble(DECAY, 1e-8), members, watch, Pace(1.0, 1, 4.0), 2)
 
@@ -312,3 +316,14 @@ def test_a_rounding_makes_no_further_chunk() -> None:
     """2.1/0.3 is a rounding more than 7; a thousandth more is a chunk of its own."""
     assert 2.1 / 0.3 > 7 and Pace(0.3, 4, 2.1).chunks == 7 and Pace(0.3, 4, 2.1003).chunks == 8
     assert Pace(0.3, 4, 2.1).times(6)[-1] == 2.1 and Pace(0.3, 4, 2.1).times(5)[0] == 1.5
+
+
+def test_starts_and_parameters_that_cannot_be_computed_with() -> None:
+    system = System((x,), (-x / w,), (w,))
+    members = Members.of(np.array([[1.0], [np.nan], [1.0], [1.0]]), np.array([[1.0], [1.0], [0.0], [2.0]]))
+    ends = run_ensemble(compile_ensemble(system, 1e-8), members, Watch(), Pace(1.0, 2, 2.0), 1)
+    assert ends.status.tolist() == [Status.LIMIT, Status.FAILED, Status.FAILED, Status.LIMIT]
+    assert "is not finite" in ends.sentences[1]
+    assert "w = 0" in ends.sentences[2]
+    assert ends.times.tolist() == [2, 0, 0, 2]
+    assert ends.states[[0, 3], 0] == pytest.approx(np.exp([-2, -1]), rel=1e-6)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import threading
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import pytest
 import sympy as sp
@@ -110,27 +107,6 @@ def test_a_stiff_lane_runs_out_of_steps_alone() -> None:
     assert 0 < result.times[3] < 5
     others = np.arange(10) != 3
     assert np.array_equal(result.values[:, :, others], clean.values[:, :, others])
-
-
-def test_integrators_are_lent_and_leave_nothing_behind() -> None:
-    """Threads at once have the bits of one; an integrator that has failed is as good as new."""
-    starts, parameters = drawn(16)
-    first = advance(starts, parameters)
-    bad = parameters.copy()
-    bad[::2, 2] = 9.0
-    assert advance(starts + 3.0, bad).failures
-    together = threading.Barrier(3)
-
-    def begin(_: int) -> LanesResult:
-        together.wait(30)
-        return advance(starts, parameters)
-
-    with ThreadPoolExecutor(3) as pool:
-        assert all(np.array_equal(r.values, first.values) for r in pool.map(begin, range(3)))
-    integrators = [compile_batch(FORCED, TOLERANCE).acquire() for _ in range(2)]
-    assert integrators[0] is not integrators[1]
-    compile_batch(FORCED, TOLERANCE).release(integrators[0])
-    assert compile_batch(FORCED, TOLERANCE).acquire() is integrators[0]
 
 
 def test_work_can_be_given_up_between_rounds() -> None:

@@ -84,13 +84,6 @@ def test_a_body_released_at_a_time(samples):
     assert run.final_parameter_values.tolist() == [2.0, 0.0]
 
 
-def test_two_actions_in_one_step_both_happen(engine):
-    add = [Event(f"at {t}", TIME - t, action=lambda t, s, p: (s + np.array([0.0, 10.0]), p)) for t in (2, 1)]
-    run = run_with(HELD, add, [0.0, 0.0], [1.0, 1.0], np.array([0.0, 5.0]), engine)
-    assert [h.name for h in run.hits] == ["at 1", "at 2"]
-    assert run.states[1, -1] == pytest.approx(25.0, abs=1e-12)
-
-
 BALL = System((x, v), (v, -g), (g, e))
 
 
@@ -124,27 +117,6 @@ def test_an_event_at_the_border_of_two_legs_counts_once(engine, acts):
     run = run_with(clock, (Event("border", TIME - border, action=action),), [0.0], [], grid, engine)
     assert [h.time for h in run.hits] == pytest.approx([border], abs=1e-12)
     assert np.abs(run.states[0] - grid).max() < 1e-12
-
-
-@pytest.mark.parametrize("pace", [0.3, 2.0, 11.7])
-def test_an_event_within_rounding_of_the_end_of_a_run(engine, pace):
-    """The state at the end and the interpolation there may lie on either side of it."""
-    clock = System((x,), (rate,), (rate,))
-    flow = compile_system(clock, events=(Event("one", x - 1),), engine=engine)
-    first = integrate(flow, [0.0], [pace], np.array([0.0, 1 / pace]))
-    second = integrate(flow, first.end_state, [pace], np.array([first.end_time, 2 / pace]))
-    assert [h.time for h in (*first.hits, *second.hits)] == pytest.approx([1 / pace], rel=1e-12)
-
-
-@pytest.mark.parametrize("terminal", [False, True])
-def test_a_run_does_not_know_of_the_events_of_the_run_before(engine, terminal):
-    """A clock that creeps up to the event, then one that passes it soon after its start: both see it."""
-    clock, action = System((x,), (rate,), (rate,)), None if terminal else (lambda t, state, pars: (state, pars))
-    flow = compile_system(clock, events=(Event("one", x - 1, +1, terminal=terminal, action=action),), engine=engine)
-    for speed, before in ((1e-6, 1e-6), (1.0, 1e-6)):
-        run = integrate(flow, [1 - before], [speed], np.array([0.0, 2.0]))
-        assert [h.name for h in run.hits] == ["one"]
-        assert run.hits[0].time == pytest.approx(before / speed, rel=1e-5)
 
 
 @settings(max_examples=40, deadline=None, derandomize=True)

@@ -162,18 +162,6 @@ def test_where_steps_run_out_it_says_whether_the_machine_is_stiff_or_the_run_onl
         assert says in run.failure
 
 
-def test_a_run_begins_beyond_the_events_at_its_start(engine):
-    """Those at the end of a run are its own, and not those of one that continues it: each event once, also exactly there."""
-    rising = Event("one", x - 1, +1)
-    flow = compile_system(System((x,), (sp.S.One,)), events=(rising, Event("two", x - 2)), engine=engine)
-    state, hits = np.array([0.25]), []
-    for begin, end in ((0.25, 1.0), (1.0, 2.0), (2.0, 3.0)):
-        run = integrate(flow, state, [], np.array([begin, end]))
-        hits.append([(h.name, h.time) for h in run.hits])
-        state = run.end_state
-    assert hits == [[("one", 1.0)], [("two", 2.0)], []]
-
-
 CLOCK = System((x,), (sp.S.One,), quadratures=(Output("area", x),))
 GRID = np.linspace(0.0, 1.0, 11)
 
@@ -182,6 +170,12 @@ def _assert_clock(run, time):
     assert run.time.tolist() == list(time)
     assert run.states[0] == pytest.approx(time, abs=1e-12)
     assert run.quadratures["area"] == pytest.approx(np.square(time) / 2, abs=1e-12)
+
+
+def test_every_third_sample_and_the_last_one():
+    run = integrate(compile_system(CLOCK), [0.0], [], GRID)
+    for with_last, kept in ((False, [0, 3, 6, 9]), (True, [0, 3, 6, 9, 10])):
+        _assert_clock(run.subsample(3, with_last), GRID[kept])
 
 
 def test_a_part_that_begins_at_an_event_between_two_samples_keeps_all_of_its_own():

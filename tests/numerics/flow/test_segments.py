@@ -22,8 +22,6 @@ x, y, v, w, a, b, c, d = sp.symbols("x y v w a b c d", real=True)
 TRIANGLES = interpolated_pieces("triangles", np.arange(11.0), [0.0, 1.0] * 5 + [0.0], "linear")
 BILINEAR = Pieces("spring", (0.0,), ((0, 1, 0, 0), (0, 4, 0, 0)))  # stiffness 1 on the left, 4 on the right
 SIGN = step("sign", 0.0, -1.0, 1.0)
-# The interpolation between steps is of lower order than the steps.
-BETWEEN = 1e-10
 
 
 LANES = "lanes"  # of an ensemble: neither events nor quadratures
@@ -109,16 +107,6 @@ def test_two_arguments_reach_their_breakpoints_together(engine, offset):
     eighths = np.cumsum([0, *([1, 3, 3, 1] * 5), 0])  # at every half second
     assert trajectory.states[2] == pytest.approx(eighths / 8, abs=1e-12)
     assert trajectory.states[3] == pytest.approx(trajectory.states[2], abs=1e-12 + 11 * offset)
-
-
-@on_all
-@pytest.mark.parametrize("speed", [1.0, -1.0])
-def test_an_argument_that_starts_on_its_breakpoint(engine, speed):
-    """The piece on the side to which it moves holds."""
-    system = System((x, v), (v, -PiecewiseCubic(x, BILINEAR)))
-    trajectory = run(system, [0.0, speed], 1.5 * math.pi, 100, engine=engine)
-    shift = 0.0 if speed > 0 else math.pi / 2
-    assert np.abs(trajectory.states - bilinear(trajectory.time + shift)).max() < BETWEEN
 
 
 GRAZING = [0.0, *(s * 10.0**-k for k in (16, 13, 10, 4) for s in (1, -1))]
@@ -231,16 +219,6 @@ def test_two_actions_at_the_same_time(engine, at):
         )
         assert trajectory.states[:, -1] == pytest.approx([6 - at, 6 - at, 1.0], abs=1e-10)
         assert sorted(h.name for h in trajectory.hits) == ["one", "thrown", "two"]
-
-
-@each_alone_and_on_lanes
-@pytest.mark.parametrize("apart", [1e-6, 5e-9])
-def test_breakpoints_hardly_apart(engine, apart):
-    """A hundred steps up and down that are passed within less than a microsecond."""
-    heights = np.tile([0.0, 1.0], 50)
-    system = System((x,), (PiecewiseCubic(TIME, interpolated_pieces("s", 1 + apart * np.arange(100), heights, "steps")),))
-    trajectory = run(system, [0.0], 2.0, 3, engine=engine)
-    assert trajectory.states[0, -1] == pytest.approx(49 * apart + 1 - 99 * apart, abs=1e-11)
 
 
 @each_alone_and_on_lanes

@@ -127,21 +127,6 @@ def test_mean_speeds_over_whole_turns_are_exact(share, sense):
     assert turns == pytest.approx(share * 120, abs=2.0)
 
 
-def test_weights_may_change_on_the_way():
-    """With moments that do not change it is the sum with greater weights; with those that grow it is that of the moment."""
-    samples, weights, added = rippled(20), (1.0, 0.5 + 0.1j, 0.2), np.array([0.3, -0.2, 0.4])
-    constant = replace(samples, moments=np.repeat(added[:, None], len(samples.time), axis=1))
-    changed = recorded(constant, weights=weights).last(1.0)
-    assert changed.greatest_sum == pytest.approx(recorded(samples, weights=tuple(weights + added)).last(1.0).greatest_sum)
-    none = recorded(replace(samples, moments=np.zeros((3, len(samples.time)))), weights=weights).last(1.0)
-    assert np.array_equal(none.greatest_sum, recorded(samples, weights=weights).last(1.0).greatest_sum)
-    # A body that keeps to the leader within ripple, and whose weight grows evenly: seen as it is in the middle of each turn.
-    growing = replace(samples.only_body(0), moments=samples.time[None, :])
-    blocks = recorded(growing, others=0, weights=(0.0,)).last(1.0)
-    assert blocks.greatest_sum == pytest.approx(blocks.middle, abs=0.2 * TURN)
-    assert np.diff(blocks.greatest_sum) == pytest.approx(np.diff(blocks.middle), abs=0.1 * TURN)
-
-
 @pytest.mark.parametrize("averages", [1, MARKS_PER_TURN, 2 * MARKS_PER_TURN + 1])
 def test_short_records_are_in_whole_turns_too(averages):
     """Of less than two turns there is one."""
@@ -198,3 +183,11 @@ def test_the_final_window(turns, cycle, expected):
     """A twentieth of the turns, at least two, in whole cycles; at most half of the record. 7.5 turns are 7 whole ones."""
     blocks = recorded(rippled(turns)).final_turns(cycle)
     assert (blocks.time[-1] - blocks.time[0]) / TURN == pytest.approx(expected, abs=1e-6)
+
+
+def test_no_turn_yet():
+    record = recorded(rippled(0.9))
+    for blocks in (record.last(0.5), record.whole, record.whole_turns(0.5), TurnRecord(1).last(1.0)):
+        assert len(blocks) == 0
+        assert blocks.turns == 0
+    assert TurnRecord(2).last(1.0).phases.shape == (2, 0)

@@ -117,6 +117,8 @@ def test_the_connection_of_a_saddle_node() -> None:
 def test_a_connection_of_a_saddle_node_for_a_longer_time(time: float) -> None:
     """It comes from ever nearer to it, as 1/x = t + ..., so that x t tends to 1; its other end decays as exp(-4 t)."""
     _, short = of_a_saddle_node()
+    with pytest.raises(RunError, match="the time 60 must be longer than that of the connection, 60"):
+        prolong_at_saddle_node(with_time(60.0), short)
     found = prolong_at_saddle_node(with_time(time), short)
     assert found.time == time
     np.testing.assert_allclose(found.parameter_values, [0.0, 0.0, 0.1], atol=1e-9)

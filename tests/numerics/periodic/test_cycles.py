@@ -132,6 +132,7 @@ def test_a_torus_is_born_where_the_pair_crosses_the_circle() -> None:
     cycles, first = four(TORUS_BIRTH, frequency=math.sqrt(2))
     points = list(cycles.walk(rising(cycles, first)))
     assert special(points) == [("torus", pytest.approx(0.25, abs=1e-9))]
+    assert [p.unstable for p in points if p.kind] == [0], "a pair on the circle is not outside of it"
     turned = math.sqrt(2) * math.pi - 2 * math.pi
     for p in points:
         T, grown = p.period, (p.parameter - 0.25) * p.period
@@ -146,6 +147,7 @@ def test_the_period_doubles_on_a_moebius_band() -> None:
     cycles, first = four(MOEBIUS, frequency=0.0)
     points = list(cycles.walk(rising(cycles, first)))
     assert special(points) == [("period-doubling", pytest.approx(0.25, abs=1e-9))]
+    assert [p.unstable for p in points if p.kind] == [0]
     p = points[-1]
     expected = np.array([(p.parameter - 0.25) * math.pi + 1j * math.pi, -math.pi + 1j * math.pi, -2 * math.pi])
     np.testing.assert_allclose(p.logarithms, expected, atol=1e-5)

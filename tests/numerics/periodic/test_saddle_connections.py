@@ -110,3 +110,9 @@ def test_an_orbit_whose_ends_are_far_is_followed_longer(
     asked = list[int]()
     monkeypatch.setattr(saddle_connections, "missing_times", lambda *_: asked.append(1) or np.zeros(2))
     assert connections.prolong(leaf) is leaf and (asked == []) is near
+
+
+def test_a_curve_has_as_many_points_as_are_asked_for(found: tuple[Connections, Connection]) -> None:
+    connections, leaf = found
+    walk = replace(connections, steps=replace(connections.steps, points=2)).walk(leaf)
+    assert len(list(walk)) == 2 and walk.end == "it has reached the largest number of points, 2"
