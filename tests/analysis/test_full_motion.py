@@ -53,7 +53,7 @@ def steady(machine: Machine, speed: float, phases: dict[str, float]) -> tuple[Av
 
 
 @pytest.mark.parametrize("sense", [1, -1])
-@pytest.mark.parametrize("speed", [60.0, 99.0, 180.0])
+@pytest.mark.parametrize("speed", [99.0, 180.0])
 def test_the_carrier_of_a_steady_rotation_follows_its_own_equation(speed: float, sense: int) -> None:
     """Bodies with a huge inertia turn steadily: then the carrier's equation (4.1)-(4.2) holds in numbers, q'' = -w^2 q."""
     machine = drum(sense, carrier={"stiffness": [1e5, 1.7e5], "damping": [200.0, 90.0]})

@@ -27,6 +27,7 @@ BALL = {"kind": "pendulum", "about": "drum", "mass": 0.125, "length": 0.104, "in
 BODIES = [ROTOR, BALL | {"name": "p1"}, BALL | {"name": "p2"}]
 ISOTROPIC = {"directions": "xy", "stiffness": 1e5, "damping": 200.0}
 MOTOR = {"kind": "linear", "slope": 0.02, "no_load_speed": 200.0}
+ROLLER = {"kind": "roller", "name": "r", "about": "drum", "mass": 0.1, "track_radius": 0.1, "radius": 0.01, "damping": 0.01}
 SLIDER = {"kind": "slider", "name": "s", "about": "drum", "mass": 0.4, "angle": 1.0, "radius": 0.08, "stiffness": 3e4}
 
 
@@ -53,17 +54,15 @@ def judged(m: Machine, **near: float) -> tuple[FullStability, State]:
     "more",
     [
         [],
-        [BALL | {"name": "q", "suspension": [0.05, -0.03]}],
-        [SLIDER | {"damping": 2.0}],
-        [{"kind": "roller", "name": "r", "about": "drum", "mass": 0.1, "track_radius": 0.1, "radius": 0.01, "damping": 0.01}],
+        [BALL | {"name": "q", "suspension": [0.05, -0.03]}, SLIDER | {"damping": 2.0}, ROLLER],
         [ROTOR | {"name": "second"}, BALL | {"name": "on2", "about": "second"}],
     ],
-    ids=["balls", "suspension", "slider", "roller", "two rotors"],
+    ids=["balls", "suspension, slider, roller", "two rotors"],
 )
 def test_the_machines_equations_hold_in_the_turning_frame(more: list[dict[str, Any]], sense: int) -> None:
     """Rates at random states, against a difference quotient of the turned states along the rates at rest."""
     drives = [MOTOR | {"on": "drum", "no_load_speed": sense * 200.0}]
-    if len(more) > 1:
+    if len(more) == 2:
         drives.append(MOTOR | {"on": "second", "no_load_speed": sense * 190.0})
     document = {"carrier": ISOTROPIC, "bodies": [*BODIES, *more], "drives": drives}
     m = machine_from(document)
@@ -244,16 +243,6 @@ def test_a_family_that_gravity_breaks_is_judged_across_it() -> None:
     judged_across = full.stability(family)
     assert judged_across.reason.startswith("the family is broken by gravity: bodies creep along it, here by up to ")
     assert (judged_across.stable is not None) == judged_across.reason.endswith("stability is judged across the family")
-
-
-def test_a_clockwise_machine_has_the_orbit_of_its_mirror_image() -> None:
-    both = [stability(count=1, sense=sense) for sense in (1, -1)]
-    state, *_ = fixed_speed_states(both[0].torques, 100.0)
-    (same,) = (s for s in fixed_speed_states(both[1].torques, 100.0) if s.phases == pytest.approx(state.phases))
-    orbits = [one.orbit(at) for one, at in zip(both, (state, same), strict=True)]
-    assert all(orbit.residual < 1e-6 for orbit in orbits)
-    sizes = [np.sort(np.abs(orbit.multipliers)) for orbit in orbits]
-    assert sizes[1] == pytest.approx(sizes[0], rel=1e-5)
 
 
 def test_unknown_parameters_are_refused() -> None:

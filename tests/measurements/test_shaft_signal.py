@@ -80,15 +80,14 @@ def test_a_speed():
         speed_signal(channel(T, speed_at(T), "mm"))
 
 
-@pytest.mark.parametrize("unit", ["rad", "deg"])
 @pytest.mark.parametrize("wraps", [0, 1, 2])
 @pytest.mark.parametrize("offset", [0.0, -4.0])
 @pytest.mark.parametrize("sign", [1, -1])
-def test_an_angle_wrapped_or_not(unit, wraps, offset, sign):
+def test_an_angle_wrapped_or_not(wraps, offset, sign):
     """Also after two turns each, as four-stroke engines are measured, from 0 or symmetric to it, in both directions."""
     angle = sign * angle_at(T) + 0.3
     given = (angle - offset) % (wraps * TURN) + offset if wraps else angle
-    shaft = angle_signal(channel(T, np.degrees(given) if unit == "deg" else given, unit, "angle"))
+    shaft = angle_signal(channel(T, np.degrees(given), "deg", "angle"))
     assert shaft.values - shaft.values[0] == pytest.approx(angle - angle[0], abs=1e-9)
     t, speed = shaft.speed()
     assert t == pytest.approx((T[1:] + T[:-1]) / 2)

@@ -296,7 +296,7 @@ def test_from_far_away_orbits_are_found_by_collocation():
     g, eps, torque = 0.175, 0.1, 0.4
     rates = (v, w, torque - eps * v - sp.sin(x) + g * (y - x), torque - eps * w - sp.sin(y) + g * (x - y))
     flow = compile_system(System((x, y, v, w), rates, angles=frozenset({x, y})))
-    for angle, first, second in ((0.8, 5.0, 3.0), (-0.9, 3.0, 2.4), (1.2, 2.5, 5.5)):
+    for angle, first, second in ((0.8, 5.0, 3.0), (1.2, 2.5, 5.5)):
         orbit = periodic_orbit(flow, [], [0, angle, first, second], TURN / 4, [TURN, TURN, 0, 0])
         assert orbit.period == pytest.approx(1.5738797, rel=1e-7)
 

@@ -29,8 +29,6 @@ from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.system import TIME, Output, System
 
-WAYS = ["compiled", "radau"]
-
 x, v, w, d, q = sp.symbols("x v w d q", real=True)
 # A damped pendulum that is pushed; with q it runs away.
 PENDULUM = System(
@@ -136,12 +134,11 @@ def test_chunks_of_another_pace() -> None:
     assert ends.states[:, 0] == pytest.approx(np.exp(-rates[:, 0] * ends.times), abs=1e-9)
 
 
-@pytest.mark.parametrize("engine", WAYS)
-def test_one_by_one_gives_the_same(engine: str) -> None:
+def test_one_by_one_gives_the_same() -> None:
     """Of a right-hand side that depends on time: each member integrated alone, its samples observed chunk by chunk."""
     members = drawn(5)
     found = run_ensemble(compile_ensemble(PENDULUM, 1e-11), members, Watch(0.1), PACE, 2)
-    alone = compile_system(replace(PENDULUM, outputs=(), quadratures=()), 1e-11, (), engine)
+    alone = compile_system(replace(PENDULUM, outputs=(), quadratures=()), 1e-11)
     for i, (start, values) in enumerate(zip(members.starts, members.parameter_values, strict=True)):
         states = integrate(alone, start, values, np.linspace(0.0, 40.0, 161)).states
         chunks = states[:, 1:].reshape(2, 8, 20)

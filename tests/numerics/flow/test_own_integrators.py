@@ -22,7 +22,7 @@ from wucht.system import TIME, Output, System
 x, v, k = sp.symbols("x v k", real=True)
 SPRING = System((x, v), (v, -k * x), (k,), quadratures=(Output("work", v**2),))
 DRIVEN = System((x, v), (v, PiecewiseCubic(TIME, interpolated_pieces("ramp", [1.0, 4.0], [0.0, 2.0], "linear")) - k * x), (k,))
-GRID = np.linspace(0.0, 20.0, 2001)
+GRID = np.linspace(0.0, 12.0, 1201)
 PASSING, ACTING = Event("middle", x, +1), Event("kick", x - 0.5, +1, action=lambda t, y, p: (y * [1.0, 1.01], p))
 
 
@@ -38,8 +38,6 @@ def same(a: Trajectory, b: Trajectory) -> bool:
 CASES = [
     pytest.param(system, events, id=name)
     for name, system, events in (
-        ("smooth", SPRING, ()),
-        ("passing events", SPRING, (PASSING,)),
         ("actions", SPRING, (PASSING, ACTING)),
         ("breakpoints", DRIVEN, (PASSING,)),
     )
@@ -49,7 +47,7 @@ CASES = [
 @pytest.mark.parametrize(("system", "events"), CASES)
 def test_many_threads_at_once(engine: str, system: System, events: tuple[Event, ...]) -> None:
     """Each thread gets the numbers to the last bit that it gets alone, whatever the others integrate meanwhile."""
-    stiffnesses = [0.5 + 0.25 * i for i in range(8)]
+    stiffnesses = [0.5 + 0.25 * i for i in range(4)]
     alone = [run(system, engine, s, events) for s in stiffnesses]
     together = threading.Barrier(4)
 
