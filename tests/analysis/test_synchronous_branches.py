@@ -86,6 +86,15 @@ def test_the_edge_of_capture_on_unequal_supports_is_a_fold_of_orbits() -> None:
         assert (highest < 1.05 * 2 * math.pi / fold.period) == stays
 
 
+def test_a_branch_begins_at_the_motion_itself() -> None:
+    """As an orbit by collocation it has the period and the slowest multipliers of Newton's method."""
+    motions, near = captured(False)
+    _, first = motions.orbit_branch("drive.slope", (SLOPE, 4 * SLOPE), near)
+    assert (first.parameter, first.period) == pytest.approx((SLOPE, near.period), rel=1e-6)
+    slowest = np.sort(first.logarithms.real)[-4:] / near.period
+    np.testing.assert_allclose(slowest, np.sort(near.exponents.real)[-4:], rtol=1e-5)
+
+
 def test_what_cannot_be_followed_is_told() -> None:
     motions, near = captured(False)
     with refused("parameter", given="drive.slop"):
