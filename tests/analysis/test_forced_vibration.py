@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from wucht.analysis.throw import GRAVITY, Throw, largest_of, steady_throw
+from wucht.analysis.throw import GRAVITY, Throw, steady_throw
 from wucht.analysis.vibration import ForcedVibration, Vibration
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
@@ -65,17 +65,6 @@ def test_slopes_are_central_differences(sense: float) -> None:
 
 
 @SENSES
-@pytest.mark.parametrize("angle", [0.0, 0.7])
-def test_the_centre_of_mass_is_beside_the_axis(sense: float, angle: float) -> None:
-    """Of the rotor, at its angle: the largest distance in a turn."""
-    forced, e = ForcedVibration.of(machine(sense), np.array([angle])), 1e-3
-    for w, actual in zip(SPEEDS.tolist(), forced.centre_distance(SPEEDS, e, angle), strict=True):
-        (x, y), _ = motion(w, sense, [(UNBALANCE, angle)])
-        phi = angle + sense * w * turn(w)
-        assert actual == pytest.approx(np.hypot(x + e * np.cos(phi), y + e * np.sin(phi)).max(), rel=1e-5)
-
-
-@SENSES
 def test_the_torque_on_each_body_is_that_of_the_carriers_acceleration(sense: float) -> None:
     """U (x'' sin phi - y'' cos phi) turns the body counter-clockwise; on average, and against its sense."""
     angles, moments = np.array([0.7, 2.5]), (UNBALANCE, 0.1 * 0.08)
@@ -128,17 +117,6 @@ def test_the_throw_of_the_steady_vibration(sense: float) -> None:
         (x, y), _ = motion(90.0, sense, [(UNBALANCE, 0.2)])
         assert throw.stroke == pytest.approx(2 * np.hypot(x, y).max(), rel=1e-5)
         assert throw.acceleration == pytest.approx(90.0**2 * np.hypot(x, y).max(), rel=1e-5)
-
-
-def test_the_largest_of_a_vector_that_is_sampled_seldom() -> None:
-    """Ten samples a turn of an ellipse, none at its end; on a line through nothing and at rest."""
-    t = 2 * np.pi * (np.arange(40) + 0.5) / 10
-    x, y = 3.0 * np.cos(t), 0.5 * np.sin(t)
-    turned = np.array([x * math.cos(2.0) - y * math.sin(2.0), x * math.sin(2.0) + y * math.cos(2.0)])
-    assert np.hypot(*turned).max() < 2.87
-    assert largest_of(turned) == pytest.approx(3.0, rel=0.01)
-    assert largest_of(np.array([np.zeros(5), [0, -1, -4, -1, 0.0]])) == pytest.approx(4.0)
-    assert largest_of(np.zeros((2, 5))) == 0.0
 
 
 @SENSES

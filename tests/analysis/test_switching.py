@@ -10,14 +10,12 @@ from wucht.analysis.switching import (
     switchable,
     switching,
     with_rigid_pendulums,
-    without_pendulums,
 )
 from wucht.analysis.vibration import unbalances
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.machines.operation import natural_frequencies
 from wucht.machines.structure import SPEED
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
@@ -103,13 +101,3 @@ def test_rigid_pendulums_have_the_masses_at_the_outer_stops() -> None:
     assert rigid.matrices[0] == pytest.approx(machine.matrices[0], rel=1e-12)
     open_energy = 0.05 + 0.01 * 2 + (0.3 + 0.25) * R_O**2
     assert 2 * rigid.evaluate(rigid.structure.kinetic_in_operation.xreplace({SPEED: 1.0}))[0] == pytest.approx(open_energy)
-
-
-def test_without_pendulums_the_machine_is_as_heavy() -> None:
-    machine = load_machine("drozdetskaya-2020/figure-6.5")
-    bare = without_pendulums(machine)
-    assert [b.name for b in bare.bodies] == ["drum"]
-    assert natural_frequencies(bare) == pytest.approx(natural_frequencies(machine))
-    assert unbalances(bare) == pytest.approx([9.75e-3])
-    assert [s.parameter for s in bare.schedules] == ["drive.no_load_speed"]
-    assert bare.at(10.0).values["drive.no_load_speed"] == 90.0

@@ -48,15 +48,6 @@ def test_closed_cycles_and_residue_are_those_of_pylife(values):
 
 
 @ANY
-@given(HISTORIES, st.integers(2, 5))
-def test_points_in_between_count_nothing(values, times):
-    fine = np.interp(np.arange((len(values) - 1) * times + 1) / times, np.arange(len(values)), values)
-    for residue in ("half-cycles", "repeat", "drop"):
-        assert table(rainflow(fine, residue)) == table(rainflow(values, residue))
-        assert table(range_pairs(fine, residue)) == table(range_pairs(values, residue))
-
-
-@ANY
 @given(HISTORIES)
 def test_every_range_is_counted_once(values):
     """The sum of the ranges, each as often as it counts, is half the way of the signal; repeated, with the way back."""
@@ -130,14 +121,6 @@ def test_classes_keep_the_sum(values):
         assert float((rows.ranges * rows.counts).sum()) == pytest.approx(float((cycles.ranges * cycles.counts).sum()))
         assert np.bincount(row, cycles.counts, minlength=len(rows.counts)).tolist() == pytest.approx(rows.counts.tolist())
     assert RangeMeanMatrix.of(cycles, 7).counts.sum() == pytest.approx(cycles.total)
-
-
-@ANY
-@given(HISTORIES)
-def test_cumulative_frequencies(values):
-    cycles = rainflow(values)
-    expected = [cycles.counts[cycles.ranges >= size - 1e-6].sum() for size in cycles.ranges]
-    assert cycles.cumulative_frequency(cycles.ranges).tolist() == pytest.approx(expected)
 
 
 VALUES = st.lists(st.integers(-9, 9), max_size=60).map(lambda v: np.array(v, dtype=float))

@@ -16,7 +16,6 @@ from wucht.fatigue.cumulative_spectra import (
     amplitudes_at,
     cycle_shares,
     shift_spectrum,
-    spectrum_form,
     standard_spectrum,
     tabulated_spectrum,
 )
@@ -90,13 +89,6 @@ def test_shares_of_the_cycles_are_even_and_those_of_few_cycles_by_their_logarith
     assert np.diff(shares).max() == pytest.approx(1 / 400, rel=1e-9)
     few = shares[shares < 1 / 400]
     assert few[1:] / few[:-1] == pytest.approx(np.full(len(few) - 1, 1e6 ** (1 / 119)), rel=1e-9)
-
-
-def test_the_form_of_a_spectrum() -> None:
-    """Of three amplitudes of 1 mm and one of 2 mm the mean is a quarter of the way."""
-    assert spectrum_form(of([1.0, 2.0], [3.0, 1.0])) == pytest.approx((2.0, 0.5, 0.25))
-    upper, ratio, fullness = spectrum_form(of([2.0], [4.0]))
-    assert (upper, ratio) == (2.0, 1.0) and math.isnan(fullness)
 
 
 def cycles(*rows: tuple[float, float, float]) -> LoadCycles:

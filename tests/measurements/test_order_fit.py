@@ -8,7 +8,6 @@ from known_motion import (
     OMEGA,
     ORDERS,
     PERIOD,
-    SPEED,
     TURN,
     angle_at,
     angle_record,
@@ -30,7 +29,6 @@ from wucht.measurements.order_regression import (
     initial_fit,
 )
 from wucht.measurements.shaft_signal import ShaftSignal, speed_signal
-from wucht.numerics.fourier_series import FourierSeries
 
 TURNS = 7.37
 RECORDS = {
@@ -58,18 +56,6 @@ def test_scatter_of_two_hundred_records_is_the_standard_error():
     whitened = np.linalg.solve(np.linalg.cholesky(fits[0].covariance), (found - truth()).T)
     assert np.mean(whitened**2) == pytest.approx(1, abs=0.1), "correlations too"
     assert np.mean([f.residual_rms for f in fits]) == pytest.approx(0.3, rel=0.02)
-
-
-@pytest.mark.parametrize("turns", [1.1, 2.5, 400.6])
-@pytest.mark.parametrize("fluctuation", [0.3, 3.0])
-def test_any_span(turns, fluctuation):
-    """From a little more than a turn, with a fluctuation of up to a third of the speed."""
-    motion = FourierSeries(OMEGA, fluctuation * SPEED.cosine, fluctuation * SPEED.sine)
-    t = uneven(turns, max(400, int(50 * turns)))
-    for record in (speed_record, angle_record):
-        fit = fit_orders(record(t, motion=motion), ORDERS)
-        assert coefficients(fit) == pytest.approx(truth(motion=motion), abs=1e-8)
-        assert fit.turns == pytest.approx(turns, rel=1e-9)
 
 
 def test_the_angle_is_the_integral_of_the_speed():
@@ -137,15 +123,6 @@ def test_an_index_pulse_is_the_zero(kind):
     chosen = fit_orders(ShaftSignal(shaft.location, shaft.quantity, shaft.time, shaft.values, index), ORDERS, origin=0.2)
     assert chosen.origin == 0.2
     assert chosen.angle(index) == pytest.approx(TURN * np.arange(7), abs=1e-8)
-
-
-def test_scattering_index_pulses_are_averaged_and_told():
-    shaft = RECORDS["speed"]()
-    scatter = 0.05 / OMEGA * np.array([1, -1, 1, -1, 1, -1])
-    index = times_of(1.1 + TURN * np.arange(6)) + scatter
-    fit = fit_orders(ShaftSignal(shaft.location, shaft.quantity, shaft.time, shaft.values, index), ORDERS)
-    assert fit.origin == pytest.approx(times_of(np.array([1.1]))[0], abs=0.01 / OMEGA)
-    assert any("index pulses scatter by 2." in w for w in fit.warnings)
 
 
 def test_a_second_index_pulse_in_a_turn():

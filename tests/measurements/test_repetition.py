@@ -86,16 +86,6 @@ def test_pulses_a_turn_that_are_a_little_wrong():
     assert suspicions(fit_orders(pulse_record(20, 64, 1e-6), ORDERS)) == []
 
 
-@pytest.mark.parametrize("said", ["rad/s", "rpm"])
-@pytest.mark.parametrize("noise", [0.2, 20.0])
-def test_noise_is_no_other_speed(said, noise):
-    """Of 2 rad/s of orders."""
-    t = uneven(20, 4000)
-    fit = fit_orders(record(t, said or "rad/s", said, noise), ORDERS)
-    assert suspicions(fit) == []
-    assert fit.speed.mean == pytest.approx(OMEGA, abs=4 * fit.standard_errors[0])
-
-
 @pytest.mark.parametrize("turns", [1.3, 40])
 @pytest.mark.parametrize("left_out", [1, 8])
 def test_orders_that_were_left_out_are_no_other_speed(turns, left_out):

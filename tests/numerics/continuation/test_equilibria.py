@@ -16,7 +16,7 @@ from wucht.numerics.continuation.equations import EquilibriumEquations, Function
 from wucht.numerics.continuation.equilibria import Equilibrium, EquilibriumContinuation
 from wucht.system import System
 
-X, Y, P, Q = sp.symbols("x y p q", real=True)
+X, Y, P = sp.symbols("x y p", real=True)
 
 
 def equilibria(
@@ -126,7 +126,7 @@ def test_bad_input_is_told() -> None:
     with rejected("no-value"):
         EquilibriumEquations.from_system(AB, ["p1"], {})
     with rejected("unknown-name", "q", "p1"):
-        EquilibriumEquations.from_system(AB, ["p1"], {"p2": 15.0}, {"q": 1.0})
+        EquilibriumEquations.from_function(lambda u: (u[:1], np.eye(1, 2)), ["x"], ["p1"], {"q": 1.0})
     with rejected("time-dependent"):
         EquilibriumEquations.from_system(System((X,), (sp.Symbol("t", real=True) - P,), (P,)), ["p"], {})
     nothing = equilibria(System((X,), (X**2 + 1 + P**2,), (P,)), "p", {}, -1, 1)

@@ -175,19 +175,6 @@ def test_largest_values_lie_between_samples_and_steps(tolerance: float) -> None:
     assert (peaks < expected * (1 + 1e-4)).all()
 
 
-def test_motions_are_continued_with_their_progress() -> None:
-    """The largest values are those of the whole, and the steps go on as long as they were."""
-    starts, parameters = drawn(40, seed=5)
-    batch = compile_batch(FORCED, 1e-9, Quantities((x, v), (x**2, -v)))
-    constants = np.array([batch.constant_values(p) for p in parameters]).T
-    whole = batch.acquire().advance(starts.T, constants, TIMES)
-    first = batch.acquire().advance(starts.T, constants, TIMES[:3])
-    assert (first.progress[0] > 0.05).all() and (first.peaks <= whole.peaks + 1e-9).all()
-    second = batch.acquire().advance(first.states, constants, TIMES[2:], progress=first.progress)
-    assert second.values == pytest.approx(whole.values[2:], abs=1e-7) and second.peaks == pytest.approx(whole.peaks, abs=1e-3)
-    assert (second.peaks >= first.peaks).all() and (second.peaks[0] > first.peaks[0]).any()
-
-
 @pytest.mark.parametrize("spacing", [0.02, 0.45, 3.0])
 def test_samples_within_steps_and_at_their_ends(spacing: float) -> None:
     """Of times that are nearer to each other than steps (of half a unit of time) and farther: by closed form."""

@@ -12,8 +12,7 @@ from tests.refusals import rejected
 from wucht.analysis.averaged_equations import averaged_equations_of
 from wucht.files.catalogue import load_machine
 from wucht.numerics.flow.jacobian import Jacobian, variational_system
-from wucht.piecewise import PiecewiseCubic, interpolated_pieces
-from wucht.system import TIME, System
+from wucht.system import System
 
 x, y, v, a, b, g, h = sp.symbols("x y v a b g h", real=True)
 
@@ -32,13 +31,6 @@ def test_against_sympy() -> None:
     assert f == pytest.approx(exact[0][:, 0], rel=1e-14)
     assert fx == pytest.approx(exact[1], rel=1e-13)
     assert fp == pytest.approx(exact[2], rel=1e-13)
-
-
-def test_a_table_and_the_time() -> None:
-    table = interpolated_pieces("table", [0.0, 1.0, 3.0], [0.0, 2.0, 3.0], "linear")
-    system = System((x,), (PiecewiseCubic(x, table) * TIME,))
-    lin = Jacobian.of(system)
-    assert lin.values_at([0.5], [], 2.0)[1][0, 0] == pytest.approx(4.0)
 
 
 def test_an_unknown_parameter_is_refused() -> None:

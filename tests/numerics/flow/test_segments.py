@@ -237,16 +237,6 @@ def test_an_argument_that_turns_back_once_at_its_breakpoint_goes_beyond(engine, 
     assert trajectory.states[1, -1] == pytest.approx(exact, abs=5e-11 + 1.1 * missed)
 
 
-@each_alone_and_on_lanes
-def test_rates_may_be_infinite_on_the_segments_where_a_run_does_not_begin(engine):
-    """x' = 1/max(|x|, 1) from -1/2: on its first segment, continued, max(|x|, 1) is 1 - (x + 1), and zero at x = 0."""
-    largest = Pieces("max", (-1.0, 1.0), ((1, -1, 0, 0), (1, 0, 0, 0), (1, 1, 0, 0)))
-    system = System((x,), (1 / PiecewiseCubic(x, largest),))
-    for start in (0.0, -0.5):
-        trajectory = run(system, [start], 1.0 - start + 1.5, engine=engine)
-        assert trajectory.states[0, -1] == pytest.approx(2.0, rel=1e-11)  # to 1 within 1 - start, then x^2 = 1 + 2 t
-
-
 @on_all
 @pytest.mark.parametrize("count", [1, 5])
 def test_a_chain_of_steps_that_depend_on_one_another_jumps_at_once(engine, count):

@@ -54,15 +54,6 @@ def test_two_passages_within_what_would_be_one_step():
     assert trajectory.states[0, -1] == pytest.approx(3 - 1, abs=1e-9)
 
 
-def test_in_batches_each_as_if_it_were_alone():
-    batch, widths = compile_batch(PASSING, 1e-6), np.array([*WIDTHS, *WIDTHS[::-1]])
-    constants = np.array([batch.constant_values([w, 1.0]) for w in widths]).T
-    starts = np.tile([[1.0], [0.0], [1e4]], len(widths))
-    got = batch.acquire().advance(starts, constants, np.linspace(0.0, 3.0, 4)).states[1]
-    assert got == pytest.approx([passed(w) for w in widths], abs=1e-3)
-    assert (got == got[::-1]).all()
-
-
 def _linear(matrix):
     return lambda state: np.array(matrix) @ state
 
