@@ -7,11 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wucht.analysis.bearing_forces import BearingForces, _force_on_guide, bearing_force, bearing_ratings
-from wucht.dynamics.run_ups.bearing_loads import DutyObserver
+from wucht.analysis.bearing_forces import BearingForces, _force_on_guide, bearing_force
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.run_up import run_to_end
-from wucht.fatigue import BearingRating
 from wucht.files.building import machine_from
 from wucht.numerics.flow.program import Evaluator
 
@@ -94,12 +92,3 @@ def test_a_bearing_turns_against_its_carrier() -> None:
     acceleration = -900.0 / (1.0 + 3.0 * 0.2**2) * turn
     assert forces["drum"][1] == pytest.approx(-3.0 * 0.2 * acceleration, rel=1e-9, abs=1e-9)
     assert np.abs(forces["drum"][0]).max() < 1e-12
-
-
-def test_ratings() -> None:
-    rated = [ROTOR | {"bearing": {"C": "45 kN", "p": "10 / 3", "share": 0.5}}, ROTOR | {"name": "b", "bearing": {"C": 2e4}}]
-    machine = machine_from({"carrier": {"stiffness": 1e4}, "bodies": [*rated, ROTOR | {"name": "c"}]})
-    assert bearing_ratings(machine) == {"drum": BearingRating(45e3, 10 / 3), "b": BearingRating(2e4, 3.0)}
-    assert bearing_ratings(machine.with_values({"b.bearing.C": "30 kN"}))["b"].C == 30e3
-    observer = DutyObserver.of(machine, 0.0)
-    assert observer is not None and observer.shares == {"drum": 0.5, "b": 1.0}

@@ -10,19 +10,20 @@ import numpy as np
 import pytest
 
 from wucht.analysis.configurations import search as module
+from wucht.analysis.configurations.averaged_stability import Stability
 from wucht.analysis.configurations.closed_form import State, fixed_speed_states
+from wucht.analysis.configurations.configuration import name_of, residual_unbalance
 from wucht.analysis.configurations.search import (
-    StateSearch,
-    all_states,
     index,
     search_by_subdivision,
     search_from_many_starts,
     speeds_in_line,
 )
 from wucht.analysis.configurations.torques import SteadyTorques
+from wucht.analysis.configurations.torus import TorusProblem
 from wucht.files.building import machine_from
 from wucht.machines.structure import SPEED
-from wucht.piecewise import PiecewiseCubic, step
+from wucht.piecewise import PiecewiseCubic, interpolated_pieces, step
 
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 1e-2, "inertia": 1.5e-2}
 CARRIER = {"mass": 2.0, "stiffness": [1e4, 2e4], "damping": [40.0, 60.0]}
@@ -82,32 +83,6 @@ def test_equal_balls_are_one_state_with_several_ways() -> None:
 
 
 @pytest.mark.usefixtures("few")
-def test_known_states_are_kept_and_the_user_is_heard(two: SteadyTorques) -> None:
-    known, heard = fixed_speed_states(two, 100.0)[:2], list[int]()
-    found = search_from_many_starts(two, 0.0, 0.0, known, watch=lambda: heard.append(1))
-    assert len(found) == 4 and len(heard) == 2
-
-    def stop() -> None:
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        search_from_many_starts(two, 0.0, 0.0, known, watch=stop)
-
-
-def test_other_seeds_give_other_starts(monkeypatch: pytest.MonkeyPatch, two: SteadyTorques, driven: SteadyTorques) -> None:
-    monkeypatch.setattr(module, "_STARTS", 5)
-    monkeypatch.setattr(module, "_ROUNDS", 1)
-    starts = list[np.ndarray]()
-    monkeypatch.setattr(module, "_newton", lambda problem, x, low, high: starts.append(x) or x[:, :0])
-    for seed in (0, 0, 1):
-        search_from_many_starts(two, 0.0, 0.0, [], seed)
-    search_from_many_starts(driven, 50.0, 60.0, [])
-    assert np.array_equal(starts[0], starts[1]) and not np.isclose(starts[0], starts[2]).any()
-    assert starts[0].shape == (2, 5) and (starts[0] >= 0).all() and 3.0 < np.max(starts[:3]) < 2 * math.pi
-    assert starts[3].shape == (2, 5) and (starts[3][1] >= 50).all() and (starts[3][1] <= 60).all()
-
-
-@pytest.mark.usefixtures("few")
 def test_with_a_motor_the_speed_is_sought_too(driven: SteadyTorques) -> None:
     """Within the range alone, and as subdivision finds all of them."""
     complete = search_by_subdivision(driven, 1.0, 110.0)
@@ -118,92 +93,18 @@ def test_with_a_motor_the_speed_is_sought_too(driven: SteadyTorques) -> None:
     assert same(search_from_many_starts(driven, above, 110.0, []), [s for s in complete.states if s.speed >= above])
 
 
-@pytest.mark.usefixtures("few")
-def test_what_does_not_balance_is_no_state(monkeypatch: pytest.MonkeyPatch, two: SteadyTorques) -> None:
-    monkeypatch.setattr(SteadyTorques, "is_balanced", lambda *_: False)
-    assert search_from_many_starts(two, 0.0, 0.0, []) == []
-
-
 # --- what a search says ---
 
 
-def test_states_that_do_not_balance_are_counted_and_left_out(monkeypatch: pytest.MonkeyPatch, two: SteadyTorques) -> None:
-    whole = all_states(two, 0.0, 0.0)
-    assert whole.complete and len(whole.states) == 4
-    wrong = whole.states[1].phases
-    real = SteadyTorques.is_balanced
-    monkeypatch.setattr(SteadyTorques, "is_balanced", lambda self, w, at: real(self, w, at) and at is not wrong)
-    monkeypatch.setattr(module.closed_form, "fixed_speed_states", lambda *_: whole.states)
-    left = all_states(two, 0.0, 0.0)
-    assert left == StateSearch([whole.states[k] for k in (0, 2, 3)], False, left.evidence)
-    assert left.evidence == f"{whole.evidence}; 1 more do not satisfy the torque balance"
-
-
-def test_what_subdivision_leaves_open_is_sought_from_many_starts(monkeypatch: pytest.MonkeyPatch, two: SteadyTorques) -> None:
-    given = list[Any]()
-    first, *rest = fixed_speed_states(two, 100.0)
-    monkeypatch.setattr(
-        module, "search_by_subdivision", lambda *_, watch=None: StateSearch([first], False, "some boxes are open")
-    )
-    monkeypatch.setattr(module, "search_from_many_starts", lambda *of, watch=None: given.append(of) or [first, *rest])
-    assert module.search(two, 1.0, 2.0) == StateSearch([first, *rest], False, "some boxes are open")
-    assert given == [(two, 1.0, 2.0, [first])]
-
-
-def single(drive: dict[str, Any]) -> SteadyTorques:
-    return SteadyTorques.of(machine_from({"carrier": CARRIER, "bodies": [ROTOR], "drive": drive}))
-
-
-@pytest.mark.parametrize("sense", [1, -1])
-def test_a_single_rotor_has_its_working_points(monkeypatch: pytest.MonkeyPatch, sense: int) -> None:
-    """On a grid where subdivision does not decide: at the speeds that it finds where it does."""
-    alone = single(MOTOR | {"no_load_speed": sense * 110.0})
-    complete = search_by_subdivision(alone, 1.0, 120.0)
-    assert complete.complete and complete.states
-    monkeypatch.setattr(module, "search_by_subdivision", lambda *_, watch=None: StateSearch([], False, "some boxes are open"))
-    found = module.search(alone, 1.0, 120.0)
-    assert (found.complete, found.evidence) == (False, "some boxes are open")
-    assert [s.speed for s in found.states] == pytest.approx([s.speed for s in complete.states], rel=1e-6)
-    assert all(s.phases.tolist() == [0.0] for s in found.states)
-    least = found.states[-1].speed
-    assert [s.speed for s in module.search(alone, least + 0.5, 120.0).states] == []
-
-
-@pytest.mark.parametrize(
-    ("indices", "given", "calls", "shown"),
-    [
-        ([0], True, 1, "192 starts: completeness is not proved, but their indices add up to 0, as they must"),
-        (
-            [2, -1, 0], True, 3,
-            "576 starts: completeness is not proved, but their indices add up to 0, as they must",
-        ),
-        (
-            [2] * 6, True, 6,
-            "1152 starts: completeness is not proved; their indices add up to 2 and not to 0: at least one is "
-            "missing",
-        ),
-        ([], False, 1, "192 starts: completeness is not proved"),
-    ],
-)  # fmt: skip
-def test_more_bodies_are_sought_until_no_index_is_missing(
-    monkeypatch: pytest.MonkeyPatch, two: SteadyTorques, driven: SteadyTorques, indices: list[int], given: bool, calls: int,
-    shown: str,
-) -> None:  # fmt: skip
-    of, asked = two if given else driven, list[Any]()
+@pytest.mark.usefixtures("few")
+def test_more_bodies_are_sought_from_many_starts_until_no_index_is_missing(
+    monkeypatch: pytest.MonkeyPatch, two: SteadyTorques, driven: SteadyTorques
+) -> None:
     monkeypatch.setattr(module, "_MOST_PROVED", 1)
-    monkeypatch.setattr(module, "_STARTS", 64)
-    monkeypatch.setattr(module, "_ROUNDS", 3)
-    state, totals = State(100.0, np.zeros(3)), iter(indices)
-
-    def starts(t: Any, low: float, high: float, known: list[State], seed: int, watch: Any) -> list[State]:
-        asked.append((low, high, len(known), seed))
-        return [*known, state]
-
-    monkeypatch.setattr(module, "search_from_many_starts", starts)
-    monkeypatch.setattr(module, "index", lambda *_: next(totals))
-    found = module.search(of, 1.0, 2.0)
-    assert not found.complete and found.evidence == f"Newton's method from {shown}"
-    assert asked == [(1.0, 2.0, k, k) for k in range(calls)] and len(found.states) == calls
+    found = module.search(two, 0.0, 0.0)
+    assert same(found.states, fixed_speed_states(two, 100.0)) and not found.complete
+    assert found.evidence.endswith("completeness is not proved, but their indices add up to 0, as they must")
+    assert module.search(driven, 1.0, 110.0).evidence.endswith("completeness is not proved")
 
 
 def test_indices_of_all_states_add_up_to_zero(two: SteadyTorques) -> None:
@@ -219,3 +120,81 @@ def test_in_line_nothing_is_shown_where_a_torque_jumps() -> None:
         of, shaft_torques=(PiecewiseCubic(SPEED, step("torque", 60.0, 50.0, 5.0)) - SPEED / 20, *of.shaft_torques[1:])
     )
     assert speeds_in_line(jumps, 1.0, 120.0) is None
+
+
+DRUM = {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 1e-2, "inertia": 1.5e-2}
+TWO_BALLS = [
+    {"kind": "pendulum", "about": "drum", "length": 0.5, "damping": 0.02, "name": f"b{k}", "mass": m}
+    for k, m in enumerate((0.008, 0.006))
+]
+
+
+def problem(damping: float, **torques: Any) -> TorusProblem:
+    carrier = {"mass": 2.0, "stiffness": [1e4, 2e4], "damping": [damping, 1.5 * damping]}
+    return TorusProblem(SteadyTorques.of(machine_from({"carrier": carrier, "bodies": [DRUM, *TWO_BALLS], **torques})))
+
+
+LINEAR = {"drive": {"kind": "linear", "slope": 0.5, "no_load_speed": 110.0}}
+# So steep that the vibration hardly counts.
+STEEP = {"drive": {"kind": "table", "points": [[0, 1e6], [105, 9e5], [112, 8e5], [118, -9e5], [400, -1e6]]}}
+ROUNDED = LINEAR | {
+    "load": {"kind": "table", "points": [[0, 1e3], [112, 2e3], [118, 9e5], [400, 1e6]], "transition_speed": 0.1}
+}
+
+
+@pytest.mark.parametrize("damping", [40.0, 3000.0])
+@pytest.mark.parametrize("torques", [STEEP, ROUNDED], ids=["steep", "rounded"])
+@pytest.mark.parametrize(("wide", "turn"), [(0.0, 0.3), (2.0, 1e-3), (2.0, 0.3)], ids=["phases", "speed", "both"])
+def test_no_change_of_the_jacobian_within_a_box_exceeds_its_bound(
+    damping: float, torques: dict[str, Any], wide: float, turn: float
+) -> None:
+    torus = problem(damping, **torques)
+    rng = np.random.default_rng(3)
+    centre = np.concatenate([rng.uniform(-3, 3, (2, 100)), rng.uniform(95, 130, (1, 100))])
+    radius = np.repeat([[turn], [turn], [wide]], 100, axis=1)
+    bound, here = torus.spread(centre, radius), torus.jacobian(centre)
+    assert np.isfinite(bound).all()
+    corner = rng.choice([-1.0, 1.0], (3, 100)) * radius
+    for share in (0.3, 1.0):
+        change = np.abs(torus.jacobian(centre + share * corner) - here)
+        assert (change <= bound * (1 + 1e-6) + 1e-9 * np.abs(here).max()).all()
+
+
+@pytest.mark.parametrize("bend", [1, -1])
+def test_at_a_kink_of_a_torque_the_slopes_of_both_sides_are_within_the_bound(bend: int) -> None:
+    """Its slope falls, or rises, by 2e5 at 100: from a little below and a little above."""
+    of = problem(40.0, **LINEAR).torques
+    kink = PiecewiseCubic(SPEED, interpolated_pieces("kink", [0.0, 100.0, 400.0], [0.0, 0.0, bend * 300 * 2e5], "linear"))
+    torus = TorusProblem(replace(of, shaft_torques=(of.shaft_torques[0] + kink, *of.shaft_torques[1:])))
+    for side in (-1, 1):
+        centre, radius = np.array([[0.3], [2.0], [100.0 + side]]), np.array([[0.0], [0.0], [1.5]])
+        bound, here = torus.spread(centre, radius), torus.jacobian(centre)
+        change = np.abs(torus.jacobian(centre - side * radius) - here)
+        assert change[0, 2] == pytest.approx(2e5, rel=1e-2)
+        assert (change <= bound * (1 + 1e-6)).all()
+        assert bound[0, 2] < 3e5
+
+
+def test_names_of_configurations() -> None:
+    """Together within an eighth of a turn, opposed within one of half a turn; what is left of the unbalance must be nothing."""
+    balls = torques(0.004, 0.004)
+    rotors = [ROTOR, ROTOR | {"name": "other"}]
+    drives = [MOTOR | {"on": n} for n in ("drum", "other")]
+    pair = SteadyTorques.of(machine_from({"carrier": CARRIER, "bodies": rotors, "drives": drives}))
+    for apart, name in ((0.78, "together"), (0.79, None), (2.35, None), (2.36, "opposed")):
+        assert name_of(pair, State(1.0, np.array([0.0, apart])), None) == name
+    for phases, residual, name in (
+        ([0.0, 2.0, 4.0], 0.0, "compensating"),
+        ([0.0, 2.0, 4.0], 1e-30, None),
+        ([0.0, 0.78, 0.1], 0.5, "together"),
+        ([0.0, 0.79, 0.1], 0.5, None),
+    ):
+        assert name_of(balls, State(1.0, np.array(phases)), residual) == name
+    left = residual_unbalance(balls, np.array([3.0, -2.0, 1.0]), np.array([0.0, 0.0, math.pi / 2]))
+    assert left == pytest.approx(math.sqrt(2.0))
+
+
+@pytest.mark.parametrize(("slowest", "stable"), [(-0.51, True), (0.51, False), (-0.49, None), (0.49, None), (-0.6 + 3j, True)])
+def test_stability_is_open_within_what_is_neutral(slowest: complex, stable: bool | None) -> None:
+    found = Stability.from_exponents(np.array([slowest, -2.0], complex), 0.5, "near zero")
+    assert (found.stable, found.reason == "", found.leading) == (stable, stable is not None, slowest)

@@ -9,12 +9,12 @@ from collections.abc import Mapping, Sequence
 import pytest
 import sympy as sp
 
-from wucht.analysis.equations_in_print import DriveTorque, full_equations, slow_equations, zero_parameters
+from wucht.analysis.equations_in_print import DriveTorque, full_equations, zero_parameters
 from wucht.files.catalogue import load_document, load_machine, names
 from wucht.machines.machine import Machine
 from wucht.machines.symbols import notation_of
 from wucht.mechanics.lagrange import equations_of_motion
-from wucht.mechanics.notation import LONGEST_LINE, Equation, equation_text, latex_name, printed_equations, short_terms
+from wucht.mechanics.notation import LONGEST_LINE, Equation, latex_name, printed_equations, short_terms
 from wucht.piecewise import PiecewiseCubic
 
 
@@ -47,9 +47,7 @@ def plain(machine: Machine) -> list[Equation]:
     )
 
 
-@pytest.mark.parametrize(
-    "name", ["practice/screen", "practice/fan-on-belt", "practice/fan-on-inverter", "drozdetskaya-2020/r1"]
-)
+@pytest.mark.parametrize("name", ["practice/screen", "practice/fan-on-inverter"])
 def test_with_the_formula_of_its_drive_each_equation_is_that_of_the_machine(name: str) -> None:
     machine = load_machine(name)
     (equations, torques), whole = full_equations(machine, latex=False), plain(machine)
@@ -62,22 +60,9 @@ def test_with_the_formula_of_its_drive_each_equation_is_that_of_the_machine(name
         assert value(right, definitions, numbers) == pytest.approx(value(right_whole, {}, numbers), rel=1e-12, abs=1e-12)
 
 
-def test_the_rate_of_a_controller_has_the_torque_as_a_symbol() -> None:
-    left, right = full_equations(load_machine("practice/fan-on-inverter"), latex=False)[0][-1]
-    assert equation_text((left, right), latex=False) == "tau_drive' = (-tau_drive + T_drive(phi', tau_drive))/T_i"
-
-
-def test_a_slope_of_a_torque_has_a_prime() -> None:
-    """Equations of second order have the slope of the motor's characteristic, too."""
-    _, definitions = slow_equations(load_machine("drozdetskaya-2020/r1"), inertia=False, order=2, latex=True)
-    text = "\n".join(equation_text(e, latex=True) for e in definitions)
-    assert r"T_{\mathrm{drive}}'\left(\omega" in text
-
-
-@pytest.mark.parametrize("name", ["practice/grinder-4-balls", "practice/fan-on-belt"])
-def test_short_terms_are_the_same_equations(name: str) -> None:
+def test_short_terms_are_the_same_equations() -> None:
     """In numbers; and no term is longer than a line."""
-    machine = load_machine(name)
+    machine = load_machine("practice/fan-on-belt")
     long, definitions = full_equations(machine, latex=True)
     equations = [*long, *definitions]
     shortened, factors = short_terms(equations)
@@ -92,15 +77,6 @@ def test_short_terms_are_the_same_equations(name: str) -> None:
             expected = value(side.xreplace(torque), {}, numbers)
             assert value(short.xreplace(torque), definitions, numbers) == pytest.approx(expected, rel=1e-12)
             assert all(len(sp.latex(t)) <= LONGEST_LINE for t in sp.Add.make_args(short))
-
-
-def test_a_long_equation_is_broken_between_its_terms() -> None:
-    terms = [sp.Symbol(f"a_{{\\mathrm{{long,{k}}}}}") for k in range(40)]
-    first, *following = equation_text((sp.Symbol("y"), sp.Add(*terms)), latex=True).split(" \\notag \\\\\n")
-    assert first.startswith("y &= a_")
-    assert following
-    assert all(line.startswith("  &\\quad + a_") and len(line) <= LONGEST_LINE for line in following)
-    assert equation_text((sp.Symbol("y"), terms[0] - terms[1]), latex=True).count("\n") == 0
 
 
 def test_a_step_has_no_slope_in_print() -> None:
@@ -131,12 +107,3 @@ def test_no_symbol_means_two_things_in_a_machine_of_the_catalogue() -> None:
         for p in machine.parameters.values():
             units[p.symbol.removesuffix("_x").removesuffix("_y")].add(p.unit)
         assert {s: u for s, u in units.items() if len(u) > 1} == {}, machine.title
-
-
-def test_two_parts_of_one_name_in_different_lists_have_the_whole_path_as_an_index() -> None:
-    """A drive and a load of the body e1: neither is e1 alone where both have a torque T_c."""
-    machine = load_machine("practice/screen")
-    symbols = notation_of(machine).names
-    assert symbols["drives.e1.voltage"] == "U1_e1"
-    assert symbols["carrier.mounts.1.stiffness.x"] == "cx_1"
-    assert symbols["e1.unbalance"] == "U_e1"

@@ -7,11 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from wucht.analysis.throw import largest_of, steady_throw
-from wucht.analysis.time_constants import highest_speed
-from wucht.analysis.vibration import ForcedVibration, Vibration, moments_along_guides, unbalance_scale, unbalances
+from wucht.analysis.throw import GRAVITY, Throw, steady_throw
+from wucht.analysis.vibration import ForcedVibration, Vibration
 from wucht.files.building import machine_from
-from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 
 TOTAL, STIFFNESS, DAMPING, UNBALANCE = 5.0, (2e4, 8e4), (30.0, 50.0), 0.02
@@ -66,31 +64,6 @@ def test_slopes_are_central_differences(sense: float) -> None:
         assert curve(SPEEDS)[1] == pytest.approx((curve(SPEEDS + h)[0] - curve(SPEEDS - h)[0]) / (2 * h), rel=1e-5)
 
 
-def test_slopes_where_the_phases_change_with_the_speed() -> None:
-    """Of two bodies: the one by 0.01 rad a rad/s, the other by its square root."""
-    bodies = (ROTOR, BALL)
-
-    def law(w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return np.array([0.01 * w, np.sqrt(w)]), np.array([0.01 + 0 * w, 0.5 / np.sqrt(w)])
-
-    fixed = ForcedVibration.of(machine(bodies=bodies), np.zeros(2))
-    forced, h = ForcedVibration(fixed.vibration, law, fixed.axis, fixed.sense), 1e-3
-    curves = (forced.displacement, forced.torque, lambda w: forced.torque_on(w, [0]), lambda w: forced.torque_on(w, [1]))
-    for curve in curves:
-        assert curve(SPEEDS)[1] == pytest.approx((curve(SPEEDS + h)[0] - curve(SPEEDS - h)[0]) / (2 * h), rel=2e-5)
-
-
-@SENSES
-@pytest.mark.parametrize("angle", [0.0, 0.7])
-def test_the_centre_of_mass_is_beside_the_axis(sense: float, angle: float) -> None:
-    """Of the rotor, at its angle: the largest distance in a turn."""
-    forced, e = ForcedVibration.of(machine(sense), np.array([angle])), 1e-3
-    for w, actual in zip(SPEEDS.tolist(), forced.centre_distance(SPEEDS, e, angle), strict=True):
-        (x, y), _ = motion(w, sense, [(UNBALANCE, angle)])
-        phi = angle + sense * w * turn(w)
-        assert actual == pytest.approx(np.hypot(x + e * np.cos(phi), y + e * np.sin(phi)).max(), rel=1e-5)
-
-
 @SENSES
 def test_the_torque_on_each_body_is_that_of_the_carriers_acceleration(sense: float) -> None:
     """U (x'' sin phi - y'' cos phi) turns the body counter-clockwise; on average, and against its sense."""
@@ -122,33 +95,6 @@ def test_bodies_at_speeds_of_their_own_move_the_carrier_together(sense: float) -
     assert velocity == pytest.approx(expected[1], rel=1e-9)
 
 
-def test_the_force_is_zero_where_unbalances_cancel_and_for_each_speed() -> None:
-    heavy = BALL | {"length": 0.2}
-    forced = ForcedVibration.of(machine(bodies=(ROTOR, heavy)), np.array([0.3, 0.3 + math.pi]))
-    assert forced.force(SPEEDS).shape == (len(SPEEDS), 2)
-    assert not forced.force(SPEEDS).any()
-    together = ForcedVibration.of(machine(bodies=(ROTOR, heavy)), np.array([0.3, 0.3])).force(SPEEDS)
-    assert np.abs(together) == pytest.approx(np.full((len(SPEEDS), 2), 2 * UNBALANCE))
-
-
-def test_the_grid_is_dense_at_the_resonances_and_within_its_ends() -> None:
-    grid = ForcedVibration.of(machine(), np.zeros(1)).grid(50.0, 100.0, 11)
-    natural = math.sqrt(STIFFNESS[0] / TOTAL)
-    assert (grid[0], grid[-1]) == (50.0, 100.0)
-    assert (np.diff(grid) > 0).all()
-    assert np.isin(np.linspace(50, 100, 11), grid).all()
-    assert np.abs(grid - natural).min() < 1e-9
-    width = DAMPING[0] / (2 * TOTAL)  # the decay is half the damping over the mass
-    assert np.diff(grid[np.abs(grid - natural) < width]).max() < width / 5
-    assert ((grid > 95) & (grid < 100)).sum() < 10
-
-
-def test_equal_directions_have_one_pole() -> None:
-    one = ForcedVibration.of(machine(stiffness=2e4, damping=30.0), np.zeros(1)).poles
-    assert one == pytest.approx([complex(-3.0, math.sqrt(2e4 / TOTAL - 9.0))], rel=1e-9)
-    assert len(ForcedVibration.of(machine(), np.zeros(1)).poles) == 2
-
-
 def test_a_resonance_without_damping_in_the_range_and_excited() -> None:
     natural = [math.sqrt(k / TOTAL) for k in STIFFNESS]
     undamped = ForcedVibration.of(machine(damping=[0.0, 0.0]), np.zeros(1))
@@ -173,66 +119,6 @@ def test_the_throw_of_the_steady_vibration(sense: float) -> None:
         assert throw.acceleration == pytest.approx(90.0**2 * np.hypot(x, y).max(), rel=1e-5)
 
 
-def test_the_throw_along_y_alone_is_upright() -> None:
-    made = machine(directions="y", stiffness=STIFFNESS[1], damping=DAMPING[1])
-    throw = steady_throw(made, ForcedVibration.of(made, np.zeros(1)), 90.0)
-    assert throw is not None
-    assert throw.direction == pytest.approx(math.pi / 2)
-    z = UNBALANCE * 90**2 / abs(STIFFNESS[1] - TOTAL * 90**2 + 90j * DAMPING[1])
-    assert throw.stroke == pytest.approx(2 * z, rel=1e-9)
-
-
-def test_no_throw_without_units_a_moving_carrier_or_an_end() -> None:
-    without_units = load_machine("drozdetskaya-2020/table-3.1-laval")
-    assert steady_throw(without_units, ForcedVibration.of(without_units, np.zeros(1)), 1.5) is None
-    fixed = machine_from({"carrier": {"directions": "fixed"}, "bodies": [ROTOR]})
-    assert steady_throw(fixed, ForcedVibration.of(fixed, np.zeros(1)), 90.0) is None
-
-
-def test_unbalances_of_pivots_off_the_axis() -> None:
-    """A pivot adds its mass to the body it turns with, where it sits."""
-    off = BALL | {"suspension": [0.03, 0.04]}
-    made = machine(bodies=(ROTOR, off))
-    assert unbalances(made) == pytest.approx([UNBALANCE + 0.1 * (0.03 + 0.04j), 0.1 * 0.08])
-    assert unbalance_scale(made, made.rotor) == pytest.approx(abs(UNBALANCE + 0.1 * (0.03 + 0.04j)))
-
-
-def test_the_scale_of_unbalances_without_one_of_the_rotor() -> None:
-    light, heavy = BALL | {"name": "a"}, BALL | {"name": "b", "length": 0.3}
-    balanced = machine(bodies=(ROTOR | {"unbalance": 0.0}, light, heavy))
-    assert unbalance_scale(balanced, balanced.rotor) == pytest.approx(0.1 * 0.3)
-    none = machine(bodies=(ROTOR | {"unbalance": 0.0},))
-    assert unbalance_scale(none, none.rotor) == 1.0
-
-
-def test_a_mass_that_slides_outward_changes_the_unbalance_of_its_body_alone() -> None:
-    switchable = {
-        "kind": "switchable-pendulum", "name": "p", "about": "drum", "mass": 0.3, "damping": 0.02, "moving_mass": 0.2,
-        "inner_stop": 0.05, "outer_stop": 0.09, "stiffness": 300.0, "preload": 20.0,
-    }  # fmt: skip
-    assert moments_along_guides(machine(bodies=(ROTOR, BALL, switchable))).tolist() == [0.0, 0.0, 0.2]
-    assert moments_along_guides(load_machine("drozdetskaya-2020/table-3.1-laval")).tolist() == [0.0]
-
-
-def test_the_largest_of_a_vector_that_is_sampled_seldom() -> None:
-    """Ten samples a turn of an ellipse, none at its end; on a line through nothing and at rest."""
-    t = 2 * np.pi * (np.arange(40) + 0.5) / 10
-    x, y = 3.0 * np.cos(t), 0.5 * np.sin(t)
-    turned = np.array([x * math.cos(2.0) - y * math.sin(2.0), x * math.sin(2.0) + y * math.cos(2.0)])
-    assert np.hypot(*turned).max() < 2.87
-    assert largest_of(turned) == pytest.approx(3.0, rel=0.01)
-    assert largest_of(np.array([np.zeros(5), [0, -1, -4, -1, 0.0]])) == pytest.approx(4.0)
-    assert largest_of(np.zeros((2, 5))) == 0.0
-
-
-def test_no_run_ends_below_all_resonances() -> None:
-    """20 times the highest natural frequency, of 126 rad/s; at least 3000 rad/s; without units nowhere."""
-    stiff, soft = machine(stiffness=[2e4, 4e5]), machine(stiffness=[2e2, 2e2])
-    assert highest_speed(stiff) == pytest.approx(20 * math.sqrt(4e5 / TOTAL))
-    assert highest_speed(soft) == pytest.approx(3000.0)
-    assert highest_speed(load_machine("drozdetskaya-2020/table-3.1-laval")) == math.inf
-
-
 @SENSES
 def test_a_carrier_that_only_turns_has_an_angle_as_amplitude(sense: float) -> None:
     """A rotor at 0.2 m from the pivot: psi'' (I + m a^2) + d psi' + k psi = a U w^2 sin(phi)."""
@@ -246,3 +132,82 @@ def test_a_carrier_that_only_turns_has_an_angle_as_amplitude(sense: float) -> No
     assert steady_throw(made, forced, 90.0) is None
     torque = 3 * SPEEDS * amplitude**2 / 2
     assert forced.torque(SPEEDS)[0] == pytest.approx(torque, rel=1e-9)
+
+
+MAJOR, MINOR, SPEED = 3e-3, 0.4e-3, 150.0
+
+
+def ellipse(angle: float, sense: float, phase: float = 0.7) -> np.ndarray:
+    """z (2,) of an ellipse with its major axis at an angle, run through counter-clockwise (sense 1) or clockwise."""
+    own = np.array([MAJOR, -1j * sense * MINOR]) * np.exp(1j * phase)
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    return np.asarray(turn @ own)
+
+
+def sampled(z: np.ndarray, a_turn: float, deck: float | None) -> Throw:
+    """From samples in uneven steps."""
+    steps = np.where(np.arange(int(40 * a_turn)) % 7 == 3, 0.8, 1.0)
+    time = np.cumsum(steps) * 2 * math.pi / SPEED / a_turn
+    turning = np.exp(1j * SPEED * time)
+    return Throw.from_samples(time, (z[:, None] * turning).real, (1j * SPEED * z[:, None] * turning).real, deck)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+@pytest.mark.parametrize("angle", [-1.2, 0.78])
+def test_an_ellipse(angle: float, sense: float) -> None:
+    z, deck = ellipse(angle, sense), -0.1
+    own = math.hypot(MAJOR * math.sin(angle - deck), MINOR * math.cos(angle - deck))  # half its height over the deck
+    for throw, exact in ((Throw.from_harmonic(z, SPEED, deck), 1e-12), (sampled(z, 24.3, deck), 1e-4)):
+        assert (throw.stroke, throw.across) == pytest.approx((2 * MAJOR, 2 * MINOR), rel=max(exact, 2e-3))
+        assert math.sin(throw.direction - angle) == pytest.approx(0.0, abs=max(exact, 3e-3)), "a line has no sense"
+        assert throw.acceleration == pytest.approx(MAJOR * SPEED**2, rel=exact)
+        assert throw.machine_number == pytest.approx(MAJOR * SPEED**2 / GRAVITY, rel=exact)
+        assert throw.throw_number(deck) == pytest.approx(own * SPEED**2 / GRAVITY / math.cos(deck), rel=exact)
+
+
+def test_samples_that_follow_one_another_at_once() -> None:
+    """The last one of a run may lie just behind the last of its grid."""
+    time = np.append(np.linspace(0.0, 1.0, 401), 1.0 + 1e-13)
+    turning = ellipse(0.78, 1.0)[:, None] * np.exp(1j * SPEED * time)
+    throw = Throw.from_samples(
+        np.append(time, time[-1]), *(np.hstack([q, q[:, -1:]]) for q in (turning.real, (1j * SPEED * turning).real))
+    )
+    assert throw.acceleration == pytest.approx(MAJOR * SPEED**2, rel=2e-3)
+
+
+def test_a_line_a_circle_and_rest() -> None:
+    line = Throw.from_harmonic(np.array([0.0, 1e-3]), 100.0, 0.0)
+    assert (line.direction, line.ratio) == (pytest.approx(math.pi / 2), pytest.approx(0.0, abs=1e-12))
+    assert line.throw_number(0.0) == pytest.approx(line.machine_number)
+    assert Throw.from_harmonic(np.array([1e-3, -1e-3j]), 100.0).ratio == pytest.approx(1.0)
+    rest = Throw.from_samples(np.arange(5.0), np.zeros((2, 5)), np.zeros((2, 5)))
+    assert (rest.stroke, rest.ratio, rest.acceleration) == (0.0, None, 0.0)
+
+
+@pytest.mark.parametrize(("noise", "stroke", "ratio", "direction"), [
+    (0.9e-3, 4e-3, 0.25, 0.4), (1.1e-3, 4e-3, 0.0, 0.4), (2.9e-3, 4e-3, 0.0, 0.4), (3.1e-3, 4e-3, 0.0, None),
+    (4.1e-3, 0.0, None, None),
+])  # fmt: skip
+def test_what_is_below_the_noise_is_no_throw(noise: float, stroke: float, ratio: float | None, direction: float | None) -> None:
+    """First the motion across, then the direction, of which the circle is none, then all."""
+    throw = Throw(stroke=4e-3, across=1e-3, direction=0.4, acceleration=40.0, normal=30.0).beyond(noise)
+    assert (throw.stroke, throw.ratio, throw.direction) == (stroke, ratio, direction)
+    assert (throw.acceleration, throw.normal) == ((40.0, 30.0) if stroke else (0.0, 0.0))
+    circle = Throw(stroke=4e-3, across=3.9e-3, direction=0.4, acceleration=40.0)
+    assert (circle.beyond(0.9e-4).direction, circle.beyond(1.1e-4).direction) == (0.4, None)
+
+
+@pytest.mark.parametrize("deck", [0.3, -0.4])
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_bounce_that_is_larger_to_one_side(deck: float, sense: float) -> None:
+    """x = a (cos w t + 0.3 cos 2 w t): from 1.3 a to -0.7 a - ...; accelerations of 2.2 a w^2 outward at one end."""
+    time = np.linspace(0.0, 4 * math.pi / SPEED, 801)
+    phase, way = SPEED * time, np.array([math.cos(0.5), math.sin(0.5)])
+    along = sense * MAJOR * (np.cos(phase) + 0.3 * np.cos(2 * phase))
+    rate = -sense * MAJOR * SPEED * (np.sin(phase) + 0.6 * np.sin(2 * phase))
+    throw = Throw.from_samples(time, np.outer(way, along), np.outer(way, rate), deck)
+    assert throw.stroke == pytest.approx(np.ptp(along), rel=1e-4)
+    assert throw.across == pytest.approx(0.0, abs=1e-12)
+    assert throw.direction == pytest.approx(0.5, abs=1e-9)
+    assert throw.acceleration == pytest.approx(2.2 * MAJOR * SPEED**2, rel=1e-3)
+    assert throw.normal == pytest.approx(2.2 * MAJOR * SPEED**2 * abs(math.sin(0.5 - deck)), rel=1e-3)

@@ -27,7 +27,7 @@ BALL = {"kind": "pendulum", "about": "drum", "mass": 0.125, "length": 0.104, "in
 BODIES = [ROTOR, BALL | {"name": "p1"}, BALL | {"name": "p2"}]
 ISOTROPIC = {"directions": "xy", "stiffness": 1e5, "damping": 200.0}
 MOTOR = {"kind": "linear", "slope": 0.02, "no_load_speed": 200.0}
-HELD = {"kind": "constant-speed", "speed": 170.0}
+ROLLER = {"kind": "roller", "name": "r", "about": "drum", "mass": 0.1, "track_radius": 0.1, "radius": 0.01, "damping": 0.01}
 SLIDER = {"kind": "slider", "name": "s", "about": "drum", "mass": 0.4, "angle": 1.0, "radius": 0.08, "stiffness": 3e4}
 
 
@@ -54,17 +54,15 @@ def judged(m: Machine, **near: float) -> tuple[FullStability, State]:
     "more",
     [
         [],
-        [BALL | {"name": "q", "suspension": [0.05, -0.03]}],
-        [SLIDER | {"damping": 2.0}],
-        [{"kind": "roller", "name": "r", "about": "drum", "mass": 0.1, "track_radius": 0.1, "radius": 0.01, "damping": 0.01}],
+        [BALL | {"name": "q", "suspension": [0.05, -0.03]}, SLIDER | {"damping": 2.0}, ROLLER],
         [ROTOR | {"name": "second"}, BALL | {"name": "on2", "about": "second"}],
     ],
-    ids=["balls", "suspension", "slider", "roller", "two rotors"],
+    ids=["balls", "suspension, slider, roller", "two rotors"],
 )
 def test_the_machines_equations_hold_in_the_turning_frame(more: list[dict[str, Any]], sense: int) -> None:
     """Rates at random states, against a difference quotient of the turned states along the rates at rest."""
     drives = [MOTOR | {"on": "drum", "no_load_speed": sense * 200.0}]
-    if len(more) > 1:
+    if len(more) == 2:
         drives.append(MOTOR | {"on": "second", "no_load_speed": sense * 190.0})
     document = {"carrier": ISOTROPIC, "bodies": [*BODIES, *more], "drives": drives}
     m = machine_from(document)
@@ -82,11 +80,6 @@ def test_the_machines_equations_hold_in_the_turning_frame(more: list[dict[str, A
     assert r.to_fixed_frame(r.to_turning_frame(states[:, 0]), angle[0]) == pytest.approx(states[:, 0], abs=1e-14)
 
 
-def test_machines_of_one_structure_share_the_equations() -> None:
-    first, second = (RelativeEquilibria.of(drum().with_values({"drive.slope": s})) for s in (0.02, 0.04))
-    assert first.system is second.system
-
-
 EXCITER = {"kind": "linear", "slope": 0.1}
 
 
@@ -94,13 +87,8 @@ EXCITER = {"kind": "linear", "slope": 0.1}
     ("described", "sentence"),
     [
         ({"carrier": ISOTROPIC | {"stiffness": [1e5, 2e5]}}, "carrier.stiffness.x, carrier.stiffness.y"),
-        ({"carrier": ISOTROPIC | {"damping": [100.0, 200.0]}}, "the dissipation changes when the machine is turned"),
         ({"carrier": ISOTROPIC | {"gravity": 9.81}}, "(with carrier.gravity"),
         ({"carrier": ISOTROPIC | {"directions": "x"}}, "the carrier moves in one direction alone"),
-        (
-            {"carrier": ISOTROPIC | {"foundation": {"direction": "y", "mass": 3.0, "stiffness": 1e6}}},
-            "the potential energy changes",
-        ),
         (
             {"carrier": ISOTROPIC | {"motion": {"direction": "x", "amplitude": 1e-3, "frequency": 6.0}}},
             "the motion of carrier.x is prescribed",
@@ -112,13 +100,6 @@ EXCITER = {"kind": "linear", "slope": 0.1}
                 "drives": [EXCITER | {"on": "drum", "no_load_speed": 9}, EXCITER | {"on": "second", "no_load_speed": -9}],
             },
             "second turns against it",
-        ),
-        (
-            {
-                "bodies": [*BODIES, ROTOR | {"name": "second"}],
-                "drives": [EXCITER | {"on": "drum", "no_load_speed": 9}, HELD | {"on": "second"}],
-            },
-            "the speed of second is prescribed",
         ),
     ],
 )
@@ -155,19 +136,11 @@ def assert_both_ways_agree(full: FullStability, state: State) -> None:
         logarithms = np.delete(logarithms, nearest)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("u", "speed"), [(1.0, 0.7), (1.0, 0.77), (2.0, 2.0), (7.0, 1.35)])
-def test_eigenvalues_are_floquet_exponents_of_table_5_1(u: float, speed: float) -> None:
-    m = load_machine("drozdetskaya-2020/table-5.1", {"u": u})
+def test_eigenvalues_are_floquet_exponents_of_table_5_1() -> None:
+    m = load_machine("drozdetskaya-2020/table-5.1", {"u": 1.0})
     torques = SteadyTorques.of(m)
-    state = min(all_states(torques, 1e-3, 2.0002).states, key=lambda s: abs(s.speed - speed))
+    state = min(all_states(torques, 1e-3, 2.0002).states, key=lambda s: abs(s.speed - 0.7))
     assert_both_ways_agree(FullStability(torques, True), state)
-
-
-@pytest.mark.slow
-def test_eigenvalues_are_floquet_exponents_clockwise_and_at_a_given_speed() -> None:
-    for drive in (MOTOR | {"no_load_speed": -200.0}, HELD, HELD | {"speed": -170.0}):
-        assert_both_ways_agree(*judged(drum(drive=drive), speed=200.0))
 
 
 @pytest.mark.slow
@@ -190,17 +163,6 @@ def test_a_family_has_eigenvalues_that_are_zero() -> None:
         relative.branches_over("drive.slope", (0.01, 0.1), found)
 
 
-@pytest.mark.slow
-def test_one_number_and_two_equal_ones_give_the_same() -> None:
-    """A pair of equal stiffnesses may become unequal: it is judged by the orbit, with the same exponents."""
-    (one, state), (two, same) = (judged(drum({"stiffness": s}), speed=200.0) for s in (1e5, [1e5, 1e5]))
-    assert (one.motions.relative is None, two.motions.relative is None) == (False, True)
-    first, second = one.stability(state), two.stability(same)
-    assert first.leading is not None and second.leading is not None
-    assert first.leading.real == pytest.approx(second.leading.real, rel=1e-8)
-
-
-@pytest.mark.slow
 def test_an_anisotropic_carrier_has_an_orbit() -> None:
     m = drum({"stiffness": [1e5, 1.2e5]})
     full, state = judged(m, speed=200.0)
@@ -238,15 +200,6 @@ def test_a_long_run_stays_and_decays_as_the_slowest_eigenvalue_says() -> None:
     assert math.log(away[row, 2] / away[row, 1]) / 600 == pytest.approx(found.exponents[0].real, rel=1e-3)
 
 
-def test_unknown_parameters_are_refused() -> None:
-    full, state = judged(drum(), speed=200.0)
-    relative = full.motions.relative
-    assert relative is not None
-    found = relative.find_near(relative.to_turning_frame(full.start(state)))
-    with refused("parameter", given="carrier.gravity"):
-        relative.branches_over("carrier.gravity", (0, 10), found)
-
-
 def test_a_start_that_leads_nowhere_is_told() -> None:
     relative = RelativeEquilibria.of(load_machine("drozdetskaya-2020/table-5.1", {"u": 1.0}))
     away = relative.to_turning_frame(np.array([-1.0, 0.2, 0.0, 5.0, 5.3, 0.1, -0.6, 0.7, 0.7, 0.7]))
@@ -271,20 +224,26 @@ def test_speeds_without_torque_are_a_family() -> None:
     assert motion.exponents[0].real == pytest.approx(np.log(np.abs(orbit.nontrivial(2)[0])) / orbit.period, rel=1e-7)
 
 
-@pytest.mark.parametrize(("displacement", "expected"), [(5e-3, 5e-3), (1e-3, 3.575e-3)])
-def test_states_are_as_large_as_displacement_or_unbalance(displacement: float, expected: float) -> None:
-    """Of 10 kg with 9.75 kg of 1 mm and twice 0.125 kg at 0.104 m; phases are 1 rad, speeds those of the rotor, 150 rad/s."""
-    equilibria = RelativeEquilibria.of(drum())
-    names = equilibria.system.state_names
-    given = {"drum.speed": 150.0, "carrier.along": 0.6 * displacement, "carrier.across": 0.8 * displacement}
-    sizes = dict(zip(names, equilibria.sizes(np.array([given.get(name, 0.0) for name in names])).tolist(), strict=True))
-    assert (sizes["drum.speed"], sizes["p1.speed"], sizes["p1.phase"]) == (150.0, 150.0, 1.0)
-    assert sizes["carrier.along"] == sizes["carrier.across"] == pytest.approx(expected)
-    assert sizes["carrier.valong"] == sizes["carrier.vacross"] == pytest.approx(150 * expected)
+HEAVY = {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 1e-2, "inertia": 1.5e-2}
+SLOW = {"kind": "constant-speed", "speed": 100.0}
 
 
-def test_on_a_carrier_that_does_not_move_there_are_phases_and_speeds_alone() -> None:
-    equilibria = RelativeEquilibria.of(machine_from({"carrier": {"directions": "fixed"}, "bodies": BODIES, "drive": MOTOR}))
-    given = {"drum.speed": 150.0}
-    sizes = equilibria.sizes(np.array([given.get(name, 0.0) for name in equilibria.system.state_names]))
-    assert sizes.tolist() == [1.0, 1.0, 150.0, 150.0, 150.0]
+def test_a_family_that_gravity_breaks_is_judged_across_it() -> None:
+    """Three balls that compensate: along their family they creep, however slowly."""
+    ball = {"kind": "pendulum", "about": "drum", "length": 0.5, "damping": 0.02}
+    balls = [ball | {"name": f"b{k}", "mass": 0.02 + 0.01 * k} for k in range(3)]
+    carrier = {"mass": 2.0, "stiffness": [1e4, 2e4], "damping": 40.0, "gravity": 9.81}
+    full = FullStability(SteadyTorques.of(machine_from({"carrier": carrier, "bodies": [HEAVY, *balls], "drive": SLOW})), True)
+    family = next(s for s in fixed_speed_states(full.torques, 100.0) if s.dimension)
+    judged_across = full.stability(family)
+    assert judged_across.reason.startswith("the family is broken by gravity: bodies creep along it, here by up to ")
+    assert (judged_across.stable is not None) == judged_across.reason.endswith("stability is judged across the family")
+
+
+def test_unknown_parameters_are_refused() -> None:
+    full, state = judged(drum(), speed=200.0)
+    relative = full.motions.relative
+    assert relative is not None
+    found = relative.find_near(relative.to_turning_frame(full.start(state)))
+    with refused("parameter", given="carrier.gravity"):
+        relative.branches_over("carrier.gravity", (0, 10), found)

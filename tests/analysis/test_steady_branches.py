@@ -18,7 +18,7 @@ from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.operation import machine_at_speed
 
-NAMES = ("drozdetskaya-2020/r1", "practice/exciter", "drozdetskaya-2020/figure-5.14")
+NAMES = ("drozdetskaya-2020/r1", "practice/exciter")
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -67,27 +67,6 @@ def test_what_configurations_are_called() -> None:
     assert stable == [True]
     edges = np.concatenate([b.ends(np.linspace(0, 200, 400)) for b in together])
     assert np.isfinite(together[0].phases(edges)[-1]).sum() == len(edges) / 2, "on both sides of each end"
-
-
-def test_bodies_of_a_track_cannot_be_in_line() -> None:
-    _, branches = steady_branches(load_machine("practice/laundry-drum"))
-    assert [b.overlapping for b in branches] == [False] + 7 * [True]
-    names = {name for b in branches for name in b.labels(np.array([100.0])).tolist()}
-    assert {"opposed, 1 heavy, 5 light", "opposed, 5 heavy, 1 light"} <= names
-
-
-def test_single_and_unequal_bodies() -> None:
-    rotor = {"kind": "rotor", "name": "drum", "mass": 9.75, "eccentricity": 1e-3, "inertia": 0.03}
-    bodies = [
-        {"kind": "pendulum", "name": f"p{i}", "about": "drum", "mass": mass, "length": 0.1, "damping": 0.1}
-        for i, mass in enumerate((0.02, 0.03, 0.05))
-    ]
-    drive = {"kind": "linear", "slope": 0.05, "no_load_speed": 200.0}
-    machine = machine_from({"carrier": {"stiffness": 1e5, "damping": 200.0}, "bodies": [rotor, *bodies], "drive": drive})
-    names = {name for b in steady_branches(machine)[1] for name in b.labels(np.array([150.0])).tolist()}
-    assert names >= {"together, heavy side", "opposed, p0 heavy", "opposed, p0, p1 heavy"}
-    single = {name for b in steady_branches(load_machine("practice/exciter"))[1] for name in b.labels(np.array([50.0]))}
-    assert single == {"heavy side", "light side"}
 
 
 def test_refused() -> None:

@@ -6,20 +6,16 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from wucht import parts
 from wucht.analysis.switching import (
-    preload_for,
     switchable,
     switching,
     with_rigid_pendulums,
-    without_pendulums,
 )
 from wucht.analysis.vibration import unbalances
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
 from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
-from wucht.machines.operation import natural_frequencies
 from wucht.machines.structure import SPEED
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
@@ -94,13 +90,6 @@ def test_the_speed_after_opening_keeps_the_angular_momentum() -> None:
     assert rows["p1.speed"][out] == pytest.approx(150.5 * before / after, rel=5e-3)
 
 
-def test_preloads_open_at_any_speed() -> None:
-    machine = load_machine("drozdetskaya-2020/switchable-pendulums")
-    p = switchable(machine)[1]
-    changed = machine.with_values({"p2.preload": preload_for(machine, p, 133.0), "p2.inner_stop": R_I})
-    assert switching(changed, p).opening == pytest.approx(133.0, rel=1e-12)
-
-
 def test_rigid_pendulums_have_the_masses_at_the_outer_stops() -> None:
     """As the machine's own with the masses there: mass, unbalance, and kinetic energy in operation."""
     machine = load_machine("drozdetskaya-2020/switchable-pendulums").with_values({"p1.moving_mass": 0.3, "drum.inertia": 0.05})
@@ -112,23 +101,3 @@ def test_rigid_pendulums_have_the_masses_at_the_outer_stops() -> None:
     assert rigid.matrices[0] == pytest.approx(machine.matrices[0], rel=1e-12)
     open_energy = 0.05 + 0.01 * 2 + (0.3 + 0.25) * R_O**2
     assert 2 * rigid.evaluate(rigid.structure.kinetic_in_operation.xreplace({SPEED: 1.0}))[0] == pytest.approx(open_energy)
-
-
-def test_without_pendulums_the_machine_is_as_heavy() -> None:
-    machine = load_machine("drozdetskaya-2020/figure-6.5")
-    bare = without_pendulums(machine)
-    assert [b.name for b in bare.bodies] == ["drum"]
-    assert natural_frequencies(bare) == pytest.approx(natural_frequencies(machine))
-    assert unbalances(bare) == pytest.approx([9.75e-3])
-    assert [s.parameter for s in bare.schedules] == ["drive.no_load_speed"]
-    assert bare.at(10.0).values["drive.no_load_speed"] == 90.0
-
-
-def test_the_unbalance_of_a_rotor_given_by_its_eccentricity_stays() -> None:
-    drum = parts.Rotor(name="drum", mass=4.0, eccentricity=1e-3, inertia=0.03)
-    pendulum = parts.SwitchablePendulum(
-        name="p", about="drum", mass=0.5, moving_mass=M, inner_stop=R_I, outer_stop=R_O, stiffness=0.0, preload=FORCE
-    )  # fmt: skip
-    machine = Machine(parts.Carrier(stiffness=1e5), [drum, pendulum]).with_values({"drum.eccentricity": 2e-3})
-    bare = without_pendulums(machine)
-    assert (bare.values["drum.mass"], bare.values["drum.unbalance"]) == pytest.approx((4.75, 8e-3))

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import cache
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,7 +11,6 @@ import pytest
 from tests.refusals import refused
 
 from wucht.analysis.synchronous_motion import SynchronousMotion, SynchronousMotions
-from wucht.errors import RunError
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.numerics.flow.integration import integrate
@@ -89,6 +86,15 @@ def test_the_edge_of_capture_on_unequal_supports_is_a_fold_of_orbits() -> None:
         assert (highest < 1.05 * 2 * math.pi / fold.period) == stays
 
 
+def test_a_branch_begins_at_the_motion_itself() -> None:
+    """As an orbit by collocation it has the period and the slowest multipliers of Newton's method."""
+    motions, near = captured(False)
+    _, first = motions.orbit_branch("drive.slope", (SLOPE, 4 * SLOPE), near)
+    assert (first.parameter, first.period) == pytest.approx((SLOPE, near.period), rel=1e-6)
+    slowest = np.sort(first.logarithms.real)[-4:] / near.period
+    np.testing.assert_allclose(slowest, np.sort(near.exponents.real)[-4:], rtol=1e-5)
+
+
 def test_what_cannot_be_followed_is_told() -> None:
     motions, near = captured(False)
     with refused("parameter", given="drive.slop"):
@@ -96,70 +102,3 @@ def test_what_cannot_be_followed_is_told() -> None:
     held = SynchronousMotions.of(drum([1e5, 1.1e5], {"kind": "constant-speed", "speed": 70.0}))
     with refused("machine", given=None):
         held.orbit_branch("carrier.damping", (100, 300), near)
-
-
-def steady(speed: float) -> tuple[SynchronousMotions, np.ndarray]:
-    """Motions of a machine with a motor, and a state that vibrates with it: x at its largest, y at rest."""
-    motions = SynchronousMotions.of(drum([1e5, 1.1e5]), {"drum": 1.0, "p1": 1.0, "p2": -1.0})
-    machine, start = motions.machine, np.zeros(len(motions.machine.state_names))
-    for body, angle in zip(machine.bodies, (0.25, 0.5, 0.75), strict=True):
-        start[[machine.row(body.coordinate.position), machine.row(body.coordinate.velocity)]] = angle, speed
-    start[machine.row(machine.carrier[0].position)] = 1e-3
-    return motions, start
-
-
-def test_what_a_branch_of_synchronous_motions_begins_with(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One turn of the motion, scaled by what it goes through; each angle winds once round in the sense of its body."""
-    motions, start = steady(100.0)
-    near, given = SynchronousMotion(start, 2 * math.pi / 100.0, np.array([-1.0])), dict[str, Any]()
-
-    def cycles(system: Any, parameter: str, fixed: Any, bounds: Any, **more: Any) -> str:
-        given.update(more, parameter=parameter, fixed=fixed, bounds=bounds, states=system.state_names)
-        return "cycles"
-
-    monkeypatch.setattr("wucht.analysis.synchronous_motion.Cycles.of", cycles)
-    monkeypatch.setattr("wucht.analysis.synchronous_motion.cycle_near", lambda *of: of)
-    found: Any = motions.orbit_branch("drive.slope", (1e-4, 5e-4), near)
-    assert found[0] == "cycles"
-    _, time, states, value = found[1]
-    assert value == SLOPE and time[[0, -1]] == pytest.approx([0.0, 2 * math.pi / 100.0]) and len(time) == 201
-    assert states[:, 0] == pytest.approx(start) and states.shape == (len(start), 201)
-    machine, names = motions.machine, given["states"]
-    assert (given["parameter"], given["bounds"], given["steps"]) == ("drive.slope", (1e-4, 5e-4), None)
-    assert given["fixed"] == {k: v for k, v in machine.values.items() if k != "drive.slope"}
-    at = {
-        b.name: (names[machine.row(b.coordinate.position)], names[machine.row(b.coordinate.velocity)]) for b in machine.bodies
-    }
-    assert given["winding"] == {at["drum"][0]: 1, at["p1"][0]: 1, at["p2"][0]: -1}
-    scale = given["scale"]
-    assert {scale[angle] for angle, _ in at.values()} == {1.0}
-    assert [scale[speed] for _, speed in at.values()] == pytest.approx([100.0] * 3)
-    x = machine.row(machine.carrier[0].position)
-    assert scale[names[x]] == pytest.approx(np.ptp(states[x])) and scale["drive.slope"] == pytest.approx(4e-4)
-    assert set(scale) == {*names, "drive.slope"}
-
-
-def test_a_branch_begins_at_no_run_that_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Failed:
-        failure = "it burst"
-
-        def reraise_interrupt(self) -> Failed:
-            return self
-
-    motions, start = steady(100.0)
-    monkeypatch.setattr("wucht.analysis.synchronous_motion.integrate", lambda *_: Failed())
-    with pytest.raises(RunError, match=r"^the orbit cannot be computed: it burst$"):
-        motions.orbit_branch("drive.slope", (1e-4, 5e-4), SynchronousMotion(start, 0.0625, np.array([-1.0])))
-
-
-def test_an_equilibrium_at_rest_is_no_motion() -> None:
-    class Relative:
-        def to_turning_frame(self, start: np.ndarray) -> np.ndarray:
-            return start
-
-        def find_near(self, *_: Any) -> Any:
-            return SimpleNamespace(speed=0.0)
-
-    motions, start = steady(100.0)
-    with pytest.raises(RunError, match="the nearest equilibrium is at rest"):
-        replace(motions, relative=Relative()).find_near(start, 100.0)  # type: ignore[arg-type]

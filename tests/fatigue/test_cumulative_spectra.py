@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from wucht.fatigue.counted_cycles import LoadCycles
+from wucht.fatigue.counted_cycles import LoadCycles, RangeMeanMatrix, frequency_distance
 from wucht.fatigue.counting import rainflow
 from wucht.fatigue.cumulative_spectra import (
     EXPONENTS,
@@ -16,7 +16,6 @@ from wucht.fatigue.cumulative_spectra import (
     amplitudes_at,
     cycle_shares,
     shift_spectrum,
-    spectrum_form,
     standard_spectrum,
     tabulated_spectrum,
 )
@@ -55,15 +54,6 @@ def test_narrow_band_noise_has_the_normal_shape() -> None:
     assert amplitude_distance(counted, standard_spectrum(largest, counted.total, EXPONENTS["normal"])) < 0.02
 
 
-def test_constant_amplitude_and_the_ratio_of_the_lowest() -> None:
-    one = standard_spectrum(LARGEST, COUNT, EXPONENTS["constant"])
-    assert set(one.ranges.tolist()) == {2 * LARGEST}
-    p = standard_spectrum(LARGEST, COUNT, 2.0, ratio=0.4)
-    none = standard_spectrum(LARGEST, COUNT, 2.0)
-    assert p.ranges == pytest.approx(0.4 * 2 * LARGEST + 0.6 * none.ranges)
-    assert p.ranges.min() == pytest.approx(0.8 * LARGEST, rel=2e-3)
-
-
 def test_a_table_is_met_at_its_rows_and_between_them_by_the_logarithm() -> None:
     amplitudes, cumulative = np.array([1.0, 2.0, 4.0]), np.array([1e5, 1e3, 10.0])
     cycles = tabulated_spectrum(amplitudes, cumulative)
@@ -71,18 +61,6 @@ def test_a_table_is_met_at_its_rows_and_between_them_by_the_logarithm() -> None:
     assert amplitudes_at(cycles, cumulative / 1e5 * (1 - 1e-9)) == pytest.approx(amplitudes, rel=0.03)
     assert amplitudes_at(cycles, np.array([0.1]))[0] == pytest.approx(1.5, rel=0.01)  # half the decades
     assert cycles.largest == 8.0
-
-
-def test_a_stepped_table_has_its_amplitudes_alone() -> None:
-    cycles = tabulated_spectrum(np.array([1.0, 2.0, 4.0]), np.array([1e5, 1e3, 10.0]), is_stepped=True)
-    rows, _ = cycles.group_by_range()
-    assert rows.ranges == pytest.approx([2.0, 4.0, 8.0])
-    assert rows.counts == pytest.approx([1e5 - 1e3, 1e3 - 10, 10.0])
-
-
-def test_amplitudes_at_shares_of_the_cycles() -> None:
-    cycles = of([1.0, 3.0, 2.0], [6.0, 1.0, 3.0])
-    assert amplitudes_at(cycles, np.array([0.0, 0.1, 0.11, 0.4, 0.41, 1.0])).tolist() == [3.0, 3.0, 2.0, 2.0, 1.0, 1.0]
 
 
 def test_the_distance_of_amplitudes() -> None:
@@ -113,8 +91,53 @@ def test_shares_of_the_cycles_are_even_and_those_of_few_cycles_by_their_logarith
     assert few[1:] / few[:-1] == pytest.approx(np.full(len(few) - 1, 1e6 ** (1 / 119)), rel=1e-9)
 
 
-def test_the_form_of_a_spectrum() -> None:
-    """Of three amplitudes of 1 mm and one of 2 mm the mean is a quarter of the way."""
-    assert spectrum_form(of([1.0, 2.0], [3.0, 1.0])) == pytest.approx((2.0, 0.5, 0.25))
-    upper, ratio, fullness = spectrum_form(of([2.0], [4.0]))
-    assert (upper, ratio) == (2.0, 1.0) and math.isnan(fullness)
+def cycles(*rows: tuple[float, float, float]) -> LoadCycles:
+    """Range, mean and number of each."""
+    return LoadCycles(*np.array(rows, float).reshape(-1, 3).T)
+
+
+def test_no_cycles_are_none_everywhere() -> None:
+    none = LoadCycles.empty()
+    rows, row = none.group_by_range(1.0)
+    assert (none.total, none.largest, len(rows.ranges), len(row)) == (0.0, 0.0, 0, 0)
+    assert none.cumulative_frequency(np.array([0.0, 1.0])).tolist() == [0.0, 0.0]
+    matrix = RangeMeanMatrix.of(none, 4)
+    assert matrix.range_edges.tolist() == matrix.mean_edges.tolist() == [0, 0.25, 0.5, 0.75, 1]
+    assert not matrix.counts.any()
+
+
+def test_ranges_of_one_class_are_one_cycle_of_their_mean() -> None:
+    """Classes of width 2: 0 to 2, 2 to 4, 6 to 8; the one from 4 to 6 is empty. A range on an edge is in the class above it."""
+    some = cycles((7.0, 5.0, 1.0), (1.0, 2.0, 3.0), (2.0, 1.0, 1.0), (1.8, 6.0, 1.0), (3.0, 4.0, 3.0))
+    rows, row = some.group_by_range(2.0)
+    assert row.tolist() == [2, 0, 1, 0, 1]
+    assert rows.ranges.tolist() == pytest.approx([(3 * 1.0 + 1.8) / 4, (2.0 + 3 * 3.0) / 4, 7.0])
+    assert rows.means.tolist() == pytest.approx([(3 * 2.0 + 6.0) / 4, (1.0 + 3 * 4.0) / 4, 5.0])
+    assert rows.counts.tolist() == [4.0, 4.0, 1.0]
+
+
+def test_a_matrix_of_ranges_and_means() -> None:
+    """Ranges in classes from 0 to the largest, 8; means from the lowest, -1, to the highest, 3; outer edges belong to it."""
+    some = cycles((8.0, -1.0, 1.0), (0.5, 3.0, 2.0), (5.0, 0.5, 4.0), (2.0, -0.2, 8.0), (7.9, 2.5, 0.5))
+    matrix = RangeMeanMatrix.of(some, 4)
+    assert matrix.range_edges.tolist() == [0, 2, 4, 6, 8]
+    assert matrix.mean_edges.tolist() == [-1, 0, 1, 2, 3]
+    assert matrix.counts.tolist() == [[0, 0, 0, 2], [8, 0, 0, 0], [0, 4, 0, 0], [1, 0, 0, 0.5]]
+
+
+@pytest.mark.parametrize(("mean", "noise"), [(0.1, 2e-6), (1e4, 1e-5)])
+def test_means_that_differ_by_noise_alone_are_of_one_class(mean: float, noise: float) -> None:
+    """A millionth of the largest range, 2, or a billionth of the mean."""
+    same, different = (
+        RangeMeanMatrix.of(cycles((2.0, mean, 3.0), (1.0, mean + share * noise, 1.0)), 2) for share in (0.9, 1.1)
+    )
+    assert same.counts.tolist() == [[0, 0], [4, 0]]
+    assert different.counts.tolist() == [[0, 0], [3, 1]]
+
+
+def test_the_distance_of_spectra_is_a_share_of_the_reference() -> None:
+    """At 2 and above: 6 against 1; at 4: 1 against 1. As a share of the 4 of the one and of the 8 of the other."""
+    one, other = cycles((4.0, 0.0, 1.0), (1.0, 0.0, 3.0)), cycles((4.0, 0.0, 1.0), (2.0, 0.0, 5.0), (1.0, 0.0, 2.0))
+    assert frequency_distance(other, one) == pytest.approx(5 / 4)
+    assert frequency_distance(one, other) == pytest.approx(5 / 8)
+    assert frequency_distance(one, other, times=2.0) == pytest.approx(4 / 8)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.refusals import failed
 
-from wucht.measurements.cusum import AlarmDistribution, Cusum, design_chart
+from wucht.measurements.cusum import Cusum, design_chart
 
 NONE = np.zeros(1)
 # D. C. Montgomery, Introduction to Statistical Quality Control, table 9.3, after J. M. Lucas: average run lengths of the
@@ -19,11 +19,11 @@ TABLE = {
 }
 
 
-@pytest.mark.parametrize(("threshold", "shift"), [(h, shift) for h, row in TABLE.items() for shift in row])
-def test_run_lengths_are_those_of_the_table(threshold, shift):
-    printed = TABLE[threshold][shift]
-    digit = 10.0 ** (math.floor(math.log10(printed)) - 2)
-    assert Cusum(0.5, threshold, 1.0).mean_alarm_interval(np.array([shift])) == pytest.approx(printed, abs=0.51 * digit)
+@pytest.mark.parametrize("threshold", TABLE)
+def test_run_lengths_are_those_of_the_table(threshold):
+    for shift, printed in TABLE[threshold].items():
+        digit = 10.0 ** (math.floor(math.log10(printed)) - 2)
+        assert Cusum(0.5, threshold, 1.0).mean_alarm_interval(np.array([shift])) == pytest.approx(printed, abs=0.51 * digit)
 
 
 def siegmund(threshold: float, reference: float) -> float:
@@ -32,7 +32,7 @@ def siegmund(threshold: float, reference: float) -> float:
     return (math.exp(-2 * d * b) + 2 * d * b - 1) / (2 * d * d)
 
 
-@pytest.mark.parametrize(("reference", "readings"), [(0.25, 1e3), (0.5, 1e4), (0.5, 1e7), (0.35, 1e6)])
+@pytest.mark.parametrize(("reference", "readings"), [(0.25, 1e3), (0.5, 1e7)])
 def test_a_chart_has_the_false_alarms_that_are_wanted(reference, readings):
     """In any unit; by Siegmund's formula, which is good to a few per cent where k is no more than half a deviation."""
     unit = 3.7
@@ -82,9 +82,9 @@ def test_a_small_change_takes_long_by_siegmund():
     assert alarms.quantile(0.5) == pytest.approx(math.log(2) * alarms.mean(), rel=0.01)
 
 
-@pytest.mark.parametrize("again", [np.full(1, SHIFT), SHIFT + np.sin(2 * np.pi * np.arange(7) / 7)], ids=["even", "beating"])
-def test_beyond_the_horizon_as_if_it_were_followed(again):
-    """What is known of all readings from 5,000 of them is what comes out where 60,000 are followed one by one."""
+def test_beyond_the_horizon_as_if_it_were_followed():
+    """What is known of all readings, which beat, from 5,000 of them is what comes out where 60,000 are followed one by one."""
+    again = SHIFT + np.sin(2 * np.pi * np.arange(7) / 7)
     changed = np.array([0.1, 0.2, SHIFT])
     alarms = SMALL.alarms(NONE, changed, again, 0.9999)
     every = SMALL.detection(NONE, np.append(changed, np.resize(again, 60_000)))
@@ -96,19 +96,6 @@ def test_beyond_the_horizon_as_if_it_were_followed(again):
     assert probability[-1] >= 0.9999 and len(at) == len(alarms.first) + 50
     rest = (1 - every[-1]) * alarms.mean()  # of those that have not alarmed by then, who wait as long as all did at the begin
     assert alarms.mean() == pytest.approx((1 - every).sum() + rest, rel=1e-4)
-
-
-@pytest.mark.slow
-def test_a_small_change_by_simulation():
-    random, charts = np.random.default_rng(11), 20_000
-    sums, first, count = np.zeros(charts), list[int](), 0
-    while len(sums):  # the lower sum: the upper one alarms once in 10^9 readings
-        sums = np.maximum(0.0, sums - SHIFT + random.normal(0.0, 2.0, len(sums)) - SMALL.reference)
-        first += [count] * int((sums > SMALL.threshold).sum())
-        sums, count = sums[sums <= SMALL.threshold], count + 1
-    alarms = SMALL.alarms(None, np.full(1, SHIFT), np.full(1, SHIFT), 0.9999)
-    assert alarms.mean() == pytest.approx(np.mean(first), abs=4 * np.std(first) / math.sqrt(charts))
-    assert alarms.quantile(0.5) == pytest.approx(np.median(first), rel=0.03)
 
 
 def test_what_is_not_known_is_not_stated():
@@ -139,59 +126,6 @@ def test_no_such_chart():
 
 
 # --- the reading of the alarm, of shares that are known ---
-
-
-def cycles_of(rates, early):
-    """Charts that alarm with a rate at each reading of a cycle, for ever; of the first ones by ``early``."""
-    return AlarmDistribution(np.array(early), np.cumsum(rates))
-
-
-def by_brute_force(rates, early, count=20_000):
-    """The probability of an alarm by each reading."""
-    left = (1 - early[-1]) * np.exp(-np.cumsum(np.resize(rates, count)))
-    return np.concatenate([early, 1 - left])
-
-
-RATES, EARLY = [0.02, 0.1, 0.004], [0.0, 0.05, 0.3]
-
-
-def test_the_mean_reading_of_the_alarm():
-    """The sum over all readings of the charts that have not alarmed by then."""
-    exact = (1 - by_brute_force(RATES, EARLY)).sum()
-    assert cycles_of(RATES, EARLY).mean() == pytest.approx(exact, rel=1e-12)
-    unknown = AlarmDistribution(np.array([0.1, 0.3, 0.4]), np.empty(0))
-    assert unknown.mean() == pytest.approx((0 * 0.1 + 1 * 0.2 + 2 * 0.1) / 0.4)
-
-
-@pytest.mark.parametrize("probability", [0.0, 0.05, 0.051, 0.3, 0.31, 0.35, 0.36, 0.3766, 0.39, 0.5, 0.9, 0.999999])
-def test_the_reading_by_which_an_alarm_has_come(probability):
-    exact = np.flatnonzero(by_brute_force(RATES, EARLY) >= probability)[0]
-    assert cycles_of(RATES, EARLY).quantile(probability) == exact
-
-
-def test_readings_that_are_not_known():
-    for tail in (np.empty(0), np.zeros(3)):
-        some = AlarmDistribution(np.array(EARLY), tail)
-        assert not some.is_certain
-        assert some.quantile(0.3) == 2
-        assert some.quantile(0.31) is None
-        assert some.curve(0.9, 10)[0].tolist() == [0, 1, 2]
-
-
-@pytest.mark.parametrize("probability", [0.5, 0.95])
-def test_a_curve_goes_on_to_the_end_of_the_cycle_in_which_the_probability_is_reached(probability):
-    exact, alarms = by_brute_force(RATES, EARLY), cycles_of(RATES, EARLY)
-    readings, shares = alarms.curve(probability, 7)
-    assert readings[:3].tolist() == [0, 1, 2]
-    assert (np.diff(readings) > 0).all()
-    assert ((readings[3:] - 2) % 3 == 0).all(), "the last of a cycle each"
-    assert shares == pytest.approx(exact[readings.astype(int)], rel=1e-12)
-    last = alarms.quantile(probability)
-    assert last <= readings[-1] < last + 3
-    assert len(readings) <= 3 + 7
-    early = alarms.curve(0.2, 7)
-    assert early[0].tolist() == [0, 1, 2]
-    assert early[1].tolist() == EARLY
 
 
 def test_the_first_alarm_of_charts_on_either_side():

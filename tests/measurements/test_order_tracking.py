@@ -79,13 +79,6 @@ def test_from_the_index():
     assert found.values == pytest.approx(TRUE(found.angle + 1.0), abs=1e-5)
 
 
-def test_the_signal_may_have_its_own_times():
-    t = np.linspace(3 * PERIOD, 9.7 * PERIOD, 7001)
-    found = tracked_of(TRUE(angle_at(t)), t=t)
-    assert found.turns == 6
-    assert found.values == pytest.approx(TRUE(found.angle), abs=1e-6)
-
-
 @pytest.mark.parametrize(
     ("shaft", "per_turn", "refusal"),
     [

@@ -2,26 +2,20 @@
 
 import importlib
 import os
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 import pyuff
 from asammdf import MDF, Signal
+from hypothesis import given
+from hypothesis import strategies as st
 from nptdms import ChannelObject, TdmsWriter
 from scipy.io import wavfile
 from tests.refusals import refused
 
-from wucht.measurements.reading import _check_within_record, read_recording, read_sound
+from wucht.measurements.reading import read_recording, read_sound
 from wucht.measurements.recording import SPEED_UNIT
-
-
-@pytest.mark.parametrize("ending", ["csv", "TXT", "tsv", "asc"])
-def test_text(tmp_path, ending):
-    path = tmp_path / f"r.{ending}"
-    path.write_text("0 1\n1 2\n")
-    assert read_recording(path).channel("2").values.tolist() == [1, 2]
+from wucht.measurements.text_file import read_text_file
 
 
 def test_an_unknown_ending(tmp_path):
@@ -39,15 +33,6 @@ def test_no_file(tmp_path, ending):
     os.mkfifo(tmp_path / f"pipe{ending}")
     with refused("", "pipe", code="no-file", file=f"pipe{ending}"):
         read_recording(tmp_path / f"pipe{ending}")
-
-
-def test_of_thousands_of_columns_some_are_named(tmp_path):
-    path = tmp_path / "r.csv"
-    names = [f"c{k}" for k in range(20_000)]
-    path.write_text("\n".join(",".join(row) for row in (["time", *names], ["0"] * 20_001, ["1"] * 20_001)))
-    with refused("r.csv", "19800", given="force") as caught:
-        read_recording(path).channel("force")
-    assert len(str(caught.value)) < 2500
 
 
 @pytest.mark.parametrize(
@@ -75,19 +60,6 @@ def test_a_universal_file_of_nothing(tmp_path):
         read_recording(path)
 
 
-@pytest.mark.parametrize("ending", [".uff", ".tdms", ".mf4"])
-def test_a_library_that_is_not_there(tmp_path, monkeypatch, ending):
-    path = tmp_path / f"r{ending}"
-    path.write_text("")
-
-    def none(name):
-        raise ImportError(name)
-
-    monkeypatch.setattr(importlib, "import_module", none)
-    with refused(f"r{ending}", "wucht[measure]", given=None):
-        read_recording(path)
-
-
 @pytest.mark.parametrize(("kind", "full"), [(np.int16, 2**15), (np.int32, 2**31), (np.float32, 1.0), (np.float64, 1.0)])
 def test_full_scale_is_one(tmp_path, kind, full):
     path = tmp_path / "r.wav"
@@ -103,15 +75,6 @@ def test_eight_bits_have_their_zero_in_the_middle(tmp_path):
     path = tmp_path / "r.wav"
     wavfile.write(path, 8000, np.array([0, 128, 192], np.uint8))
     assert read_sound(path).channel("1").values.tolist() == [-1, 0, 0.5]
-
-
-def test_it_has_no_unit(tmp_path):
-    path = tmp_path / "r.wav"
-    wavfile.write(path, 1000, np.array([0.1, 0.2], np.float32))
-    channel = read_sound(path).channel("1")
-    with refused("r.wav: 1", code="full-scale"):
-        channel.to_si(SPEED_UNIT)
-    assert channel.with_scale(1000, "rpm").to_si(SPEED_UNIT).values == pytest.approx([10.472, 20.944], rel=1e-4)
 
 
 def test_it_has_samples(tmp_path):
@@ -149,14 +112,14 @@ T = np.arange(5) * 0.25
 
 def write(path, *sets):
     file = pyuff.UFF(str(path))
-    for given in sets:
+    for own in sets:
         told = {
             "binary": 0, "func_type": 1, "rsp_node": 1, "rsp_dir": 1, "ref_node": 1, "ref_dir": 1, "id1": "NONE", "id2": "NONE",
             "id3": "NONE", "id4": "NONE", "id5": "NONE", "ord_data_type": 4, "abscissa_spacing": 1, "abscissa_min": 0.0,
             "abscissa_inc": 0.25, "abscissa_spec_data_type": 17, "abscissa_axis_units_lab": "s", "ordinate_spec_data_type": 0,
             "orddenom_spec_data_type": 0, "z_axis_spec_data_type": 0, "ordinate_axis_units_lab": "rpm", "num_pts": 5, "x": T,
         }  # fmt: skip
-        file.write_sets(pyuff.prepare_58(**{**told, **given}), "add")
+        file.write_sets(pyuff.prepare_58(**{**told, **own}), "add")
 
 
 def test_time_signals(tmp_path):
@@ -178,14 +141,6 @@ def test_uneven_times_in_another_unit(tmp_path, binary):
     channel = read_recording(path).channel("a")
     assert channel.time == pytest.approx(x / 1000)
     assert channel.values == pytest.approx(x**2)
-
-
-def test_names_that_are_none_or_twice_the_same(tmp_path):
-    path = tmp_path / "r.uff"
-    write(path, {"data": T}, {"id1": "x", "data": T}, {"id1": "x", "data": 2 * T}, {"id1": "y", "data": T})
-    found = read_recording(path)
-    assert found.names == ("1", "2", "3", "y")
-    assert found.channel("3").values == pytest.approx(2 * T)
 
 
 def test_spectra_are_passed_over(tmp_path):
@@ -246,13 +201,6 @@ def test_text_is_no_channel_of_numbers(tmp_path):
     assert read_recording(path).channel("y").values.tolist() == VALUES.tolist(), "it does not hinder the others"
 
 
-def test_what_is_no_tdms(tmp_path):
-    path = tmp_path / "bad.tdms"
-    path.write_text("hello")
-    with refused("bad.tdms", "TDMS", code="unreadable"):
-        read_recording(path)
-
-
 SLOW, FAST = np.array([0.5, 0.6, 0.9]), np.arange(6) / 20
 
 
@@ -275,34 +223,164 @@ def test_channels_each_over_its_own_time(tmp_path):
     assert found.channel("n").time.tolist() == FAST.tolist()
 
 
-def test_groups_of_mdf_with_channels_of_one_name(tmp_path):
-    path = tmp_path / "r.mf4"
-    write_mdf(path, [("x", SLOW, [1.0, 2, 3], "")], [("x", SLOW, [4.0, 5, 6], "")])
-    found = read_recording(path)
-    assert found.names == ("0/x", "1/x")
-    assert found.channel("1/x").values.tolist() == [4, 5, 6]
+@pytest.fixture
+def read(tmp_path):
+    def of(text, encoding="utf-8"):
+        path = tmp_path / "r.csv"
+        path.write_bytes(text.encode(encoding))
+        return read_text_file(path)
+
+    return of
 
 
-def test_text_is_no_channel_of_numbers_in_mdf(tmp_path):
-    path = tmp_path / "r.mf4"
-    write_mdf(path, [("state", SLOW, np.array([b"on", b"off", b"on"]), ""), ("x", SLOW, [1.0, 2, 3], "")])
-    with refused("r.mf4: state", code="no-numbers"):
-        read_recording(path).channel("state")
+@pytest.mark.parametrize(
+    "text",
+    [
+        "time [ms], speed (rpm)\n0, 60\n500, 120.5\n",
+        "time (ms);speed [rpm]\n0;60\n500;120,5\n",
+        "time [ms]\tspeed [rpm]\n0\t60\n500\t120,5\n",
+        "# a record\n\ntime [ms], speed [rpm]\n0, 60 # begins\n\n500, 120.5\n",
+        "time;speed\nms;rpm\n0;60\n500;120,5\n",
+        "speed [rpm], time [ms]\n60, 0\n120.5, 500\n",
+        "\ufefftime [ms],speed [rpm]\r\n0,60\r\n5e2,1.205e2\r\n",
+        '"time [ms]", "speed\n[rpm]"\n"0", "60"\n"500", "120.5"\n',
+    ],
+)
+def test_one_record_in_many_ways(read, text):
+    speed = read(text).channel("speed")
+    assert (speed.unit, speed.time.tolist(), speed.values.tolist()) == ("rpm", [0, 0.5], [60, 120.5])
+    assert read(text).names == ("speed",)
 
 
-def test_a_channel_beyond_its_record_is_not_read() -> None:
-    """In a damaged MDF file; 64 bits from the byte 8 of a record of 16 bytes on are its last."""
+def test_quoted_cells_hold_what_separates_elsewhere(read):
+    text = '"time, relative [s]","force, left [N]","say ""#1""" # a comment\n0,1,"2"\n"1",4,5 # another\n'
+    found = read(text)
+    assert found.names == ("force, left", 'say "#1"')
+    assert found.channel("force, left").unit == "N"
+    assert found.channel('say "#1"').values.tolist() == [2, 5]
 
-    def group(offset: int, bits: int, **size: int) -> Any:
-        clock = SimpleNamespace(name="time", byte_offset=0, bit_count=64)
-        return SimpleNamespace(
-            channel_group=SimpleNamespace(**size),
-            channels=[clock, SimpleNamespace(name="force", byte_offset=offset, bit_count=bits)],
-        )
 
-    for offset, bits in ((8, 64), (15, 8), (500, 0)):
-        _check_within_record(group(offset, bits, samples_byte_nr=16), (1, 0))
-    _check_within_record(group(500, 64), (1, 0))
-    for offset, bits in ((9, 64), (8, 65), (16, 1)):
-        with pytest.raises(ValueError, match="force lies beyond its record"):
-            _check_within_record(group(offset, bits, samples_byte_nr=16), (0, 1))
+@pytest.mark.parametrize(("encoding", "mark"), [("utf-16-le", "\ufeff"), ("utf-16-be", "\ufeff"), ("utf-32-le", "\ufeff")])
+def test_other_widths_of_letters_are_read_by_their_mark(read, encoding, mark):
+    found = read(mark + "Zeit [ms];Kraft µ [N]\r\n0;1\r\n500;-2,5\r\n", encoding).channel("Kraft µ")
+    assert (found.unit, found.time.tolist(), found.values.tolist()) == ("N", [0, 0.5], [1, -2.5])
+
+
+def test_wide_letters_without_a_mark_are_refused_with_a_remedy(read, tmp_path):
+    for encoding in ("utf-16-le", "utf-16-be", "utf-32-be"):
+        with refused("r.csv", "line 1", "UTF-8", code="unreadable"):
+            read("time,force\n0,1\n1,2\n", encoding)
+    (tmp_path / "cut.csv").write_bytes("time,force\n0,1\n1,2\n".encode("utf-16")[:-1])
+    with refused("cut.csv", "UTF-16", "cut short", "UTF-8", code="unreadable"):
+        read_text_file(tmp_path / "cut.csv")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Zeit [s];Drehzahl [U/min]\n0;60\n0,5;120\n",
+        "Zeit in ms;Drehzahl in 1/min\n0;60\n500;120\n",
+        "Zeit;Drehzahl\n[ms];[min-1]\n0;60\n500;120\n",
+        "Zeit;Drehzahl\ns;RPM\n0;60\n0,5;120\n",
+    ],
+)
+def test_german_loggers(read, text):
+    (name,) = read(text).names
+    speed = read(text).channel(name, SPEED_UNIT)
+    assert name.startswith("Drehzahl")
+    assert speed.time.tolist() == [0, 0.5]
+    assert speed.values == pytest.approx([2 * np.pi, 4 * np.pi])
+
+
+def test_the_first_column_is_the_time_if_none_is_called_so(read):
+    found = read("clock [ms], x\n0, 1\n2, 3\n")
+    assert found.names == ("x",)
+    assert found.channel("x").time.tolist() == [0, 0.002]
+    with refused("r.csv: speed", given="rpm", code="dimension"):
+        read("speed [rpm], x\n0, 1\n2, 3\n")
+
+
+def test_a_lone_column_holds_instants(read):
+    pulses = read("pulses [ms]\n1\n3\n4\n").channel("pulses")
+    assert (pulses.unit, pulses.time.tolist(), pulses.values.tolist()) == ("s", [0.001, 0.003, 0.004], [0.001, 0.003, 0.004])
+    assert read("1.5\n2.5\n").channel("1").values.tolist() == [1.5, 2.5]
+
+
+def test_other_letters_than_utf_8(read):
+    assert read("time [µs];angle [°]\n0;1\n1000;2\n", "latin-1").channel("angle").time.tolist() == [0, 0.001]
+
+
+@pytest.mark.parametrize(
+    ("text", "refusal"),
+    [
+        ("time, speed\n", refused("r.csv", "no row", given=None, code="no-rows")),
+        ("time, speed\n0, 1\n1, x\n", refused("r.csv: speed", "line 3", "x", code="no-number")),
+        ("time, speed\n0, 1\n1, -inf\n", refused("r.csv: speed", "line 3", "-inf", code="no-number")),
+        ("time, speed\n0, 1\n1,\n", refused("r.csv: speed", "line 3", code="no-value")),
+        (
+            "time; n; index\n0;1;2\n1;1;2\n\n2;3;\n3;3;\n4;3;\n",
+            refused("r.csv: index", "2 values", "line 5", code="ends-early"),
+        ),
+        ("time, n\n0, 1\n1\n", refused("r.csv", "line 3", "2 columns", code="count")),
+        ("time, speed\n0, 1, 2\n1, 2, 3\n", refused("r.csv", "line 2", "3 columns", "2", given=None, code="no-heading")),
+        ("time, x, x\n0, 1, 2\n1, 2, 3\n", refused("r.csv", "x", given=None, code="name-twice")),
+        ("time; speed\n0,5; 1\n0,5; 2\n", refused("r.csv: speed", "0.5 s", given=None, code="not-increasing")),
+        ("time, speed\n0, 1\n", refused("r.csv: time", given=None, code="too-few")),
+        ("0,5 1,5\n1,5 2,5\n", refused("r.csv: 2", "line 1", "5 1", code="no-number")),
+        ("t,x\n٠,١\n١,٢\n", refused("r.csv: t", "line 2", "٠", "digits 0 to 9", code="no-number")),
+        ("t,x\n0,1_000\n1,2\n", refused("r.csv: x", "line 2", "1_000", "underscores", code="no-number")),
+        ('t,x\n0,"1,000.5"\n1,"2"\n', refused("r.csv: x", "line 2", "1,000.5", "decimal point", code="no-number")),
+        ('"t","x"\n"0,0","1,5"\n"0,5","2,5"\n', refused("r.csv: t", "line 2", "0,0", "decimal point", code="no-number")),
+        ("t;x\n0;1.000,5\n1;2\n", refused("r.csv: x", "line 2", "1.000,5", "thousands", code="no-number")),
+        ("'t','x'\n'0','1'\n'1','2'\n", refused("r.csv: 't'", "line 2", "apostrophes", code="no-number")),
+        ('"t","x"\n"0","1"\n"1","2\n"2","3"\n', refused("r.csv", "line 3", "quotation mark", code="open-quotes")),
+        ('"t","x\n"0","1"\n"1","2"\n', refused("r.csv", "line 1", "quotation mark", code="open-quotes")),
+    ],
+)
+def test_what_cannot_be_read(read, text, refusal):
+    with refusal:
+        found = read(text)
+        [found.channel(n) for n in found.names]
+
+
+@given(
+    values=st.lists(st.floats(-1e30, 1e30), min_size=2, max_size=20),
+    separator=st.sampled_from(",;\t "),
+)
+def test_what_is_written_is_read(tmp_path_factory, values, separator):
+    path = tmp_path_factory.mktemp("text") / "r.txt"
+    rows = [f"{i}{separator}{v!r}" for i, v in enumerate(values)]
+    path.write_text("\n".join([f"time{separator}x", *rows]))
+    assert read_text_file(path).channel("x").values.tolist() == values
+
+
+def test_a_library_that_is_not_there(tmp_path, monkeypatch):
+    path = tmp_path / "r.uff"
+    path.write_text("")
+
+    def none(name):
+        raise ImportError(name)
+
+    monkeypatch.setattr(importlib, "import_module", none)
+    with refused("r.uff", "wucht[measure]", given=None):
+        read_recording(path)
+
+
+def test_words_that_are_no_unit(read):
+    assert read("t;tilt in plane\n0;1\n1;2\n").channel("tilt in plane").unit == ""
+    assert read("t;a in g\n0;1\n1;2\n").channel("a in g").unit == "g"
+
+
+def test_a_channel_beyond_its_record_is_not_read(tmp_path):
+    """In a damaged file: its first byte, after so many links, is put behind the end of a record."""
+    path = write_mdf(tmp_path / "r.mf4", [("force", SLOW, [1.0, 2, 3], "")])
+    with MDF(path) as file:
+        channel = file.groups[0].channels[1]
+        place = channel.address + 24 + 8 * channel.links_nr + 4
+        assert channel.byte_offset == 8
+    whole = bytearray(path.read_bytes())
+    assert whole[place] == 8
+    whole[place] = 9
+    path.write_bytes(whole)
+    with refused("r.mf4", "MDF", "force", code="unreadable"):
+        read_recording(path).channel("force")

@@ -21,14 +21,10 @@ def channel(unit="", values=(1.0, 2.0, 4.0), time=T):
     [
         ("rpm", SPEED_UNIT, np.pi / 30),
         ("Hz", SPEED_UNIT, 2 * np.pi),
-        ("deg/s", SPEED_UNIT, np.pi / 180),
         ("", SPEED_UNIT, 1.0),
-        ("deg", ANGLE_UNIT, np.pi / 180),
         ("°", ANGLE_UNIT, np.pi / 180),
-        ("mm/s^2", Unit("m/s^2", "acceleration"), 1e-3),
         ("g", Unit("m/s^2", "acceleration"), 9.80665),
         ("g", Unit("kg", "mass"), 1e-3),
-        ("kN", Unit("N", "force"), 1e3),
     ],
 )
 def test_units(given, unit, first):
@@ -78,15 +74,11 @@ def test_what_is_said_of_a_channel_counts():
     [
         (T, [1.0, 2.0], refused("r.csv: x", "at each time", given=None, code="count")),
         ([0.0], [1.0], refused("r.csv: x", "two samples", "1", given=None, code="too-few")),
-        ([], [], refused("r.csv: x", "two samples", "0", given=None, code="too-few")),
         ([0, 1, 1], [1, 2, 3], refused("r.csv: x", "1 s", given=None, code="not-increasing")),
-        ([0, 2, 1], [1, 2, 3], refused("r.csv: x", "1 s", "2 s", given=None, code="not-increasing")),
         (T, [1, np.nan, np.inf], refused("r.csv: x", code="not-finite")),
         ([0, np.nan, 1], [1, 2, 3], refused("r.csv: x", code="not-finite")),
         (T, [1, 1e308, -1e308], refused("r.csv: x", "1e+30", "1e+308", given=None)),
         ([0, 1, 1e306], [1, 2, 3], refused("r.csv: x", "1e+30", "1e+306", given=None)),
-        (T, [1j, 2, 3], refused("r.csv: x", code="no-numbers")),
-        (T, ["a", "b", "c"], refused("r.csv: x", code="no-numbers")),
         (T, [[1], [2], [3]], refused("r.csv: x", code="no-numbers")),
         (T, [None, 2, 3], refused("r.csv: x", code="no-numbers")),
     ],
@@ -94,10 +86,6 @@ def test_what_is_said_of_a_channel_counts():
 def test_what_is_no_channel(time, values, refusal):
     with refusal:
         channel("", values, time)
-
-
-def test_whole_numbers_become_floats():
-    assert channel(values=np.array([1, 2, 3], np.int16)).values.dtype == float
 
 
 def test_a_recording_of_arrays():

@@ -7,7 +7,6 @@ import pytest
 from known_motion import OMEGA, ORDERS, PERIOD, TURN, angle_at, channel, pulse_record, speed_at, speed_record, times_of, uneven
 
 from wucht.errors import InputError
-from wucht.measurements import repetition
 from wucht.measurements.order_fit import fit_orders
 from wucht.measurements.shaft_signal import angle_signal, pulse_signal, speed_signal
 from wucht.numerics.fourier_series import FourierSeries
@@ -34,9 +33,7 @@ def record(t, unit, said, noise=0.2, motion=None, extra=0.0):
 
 
 @pytest.mark.parametrize("turns", [8, 60])
-@pytest.mark.parametrize(
-    ("unit", "said"), [("rpm", "rad/s"), ("Hz", "rad/s"), ("deg/s", "rad/s"), ("deg/s", "rpm"), ("rpm", "Hz")]
-)
+@pytest.mark.parametrize(("unit", "said"), [("rpm", "rad/s"), ("deg/s", "rpm"), ("rpm", "Hz")])
 def test_another_unit_than_the_heading_says(turns, unit, said):
     t = uneven(turns, 100 * turns)
     sentence = (
@@ -46,21 +43,7 @@ def test_another_unit_than_the_heading_says(turns, unit, said):
     assert suspicions(fit_orders(record(t, unit, unit), ORDERS)) == []
 
 
-@pytest.mark.parametrize(("unit", "said"), [("rpm", "deg/s"), ("Hz", "rpm")])
-def test_a_unit_that_makes_a_multiple_of_the_speed(unit, said):
-    """It is told, no more: it may be right, and a toothed wheel seen."""
-    (text,) = suspicions(fit_orders(record(uneven(150, 15000), unit, said), ORDERS))
-    assert text.startswith("The orders kept explain 0 % of the fluctuation. ")
-    assert re.search(rf"If the numbers were in {unit}, not in {said}, they would explain (9\d|100) %: check the unit\.$", text)
-
-
-@pytest.mark.parametrize("turns", [7, 30, 60])
-def test_rad_per_second_that_are_called_rpm(turns):
-    """Of seven turns less than one would be left: the unit is told, not the length of the record."""
-    refused(record(uneven(turns, 100 * turns), "rad/s", "rpm"), "stated in rpm, but they repeat as if they were in rad/s")
-
-
-@pytest.mark.parametrize("unit", ["rpm", "Hz", "deg/s"])
+@pytest.mark.parametrize("unit", ["rpm", "deg/s"])
 def test_numbers_without_unit_that_are_no_rad_per_second(unit):
     t = uneven(20, 4000)
     refused(
@@ -71,7 +54,7 @@ def test_numbers_without_unit_that_are_no_rad_per_second(unit):
     assert fit_orders(record(t, unit, unit), ORDERS).speed.mean == pytest.approx(OMEGA, rel=1e-3)
 
 
-@pytest.mark.parametrize(("unit", "said"), [("deg", "rad"), ("rev", "rad"), ("deg", "rev")])
+@pytest.mark.parametrize(("unit", "said"), [("deg", "rad"), ("rev", "rad")])
 def test_an_angle_in_another_unit(unit, said):
     t = uneven(20, 4000)
     angles = angle_at(t) / ANGLES[unit]
@@ -80,14 +63,14 @@ def test_an_angle_in_another_unit(unit, said):
     assert suspicions(fit_orders(angle_signal(channel(t, angles, unit, "angle")), ORDERS)) == []
 
 
-@pytest.mark.parametrize("wrong", [32, 16])
+@pytest.mark.parametrize("wrong", [32])
 def test_fewer_pulses_a_turn_than_there_are(wrong):
     times = pulse_record(20, 64, 1e-6).time
     sentence = f"the pulses repeat as if there were 64 a turn, not {wrong}: give pulses_per_turn = 64"
     refused(pulse_signal(channel(times, times, "s", "pulses"), wrong), sentence)
 
 
-@pytest.mark.parametrize("wrong", [128, 256])
+@pytest.mark.parametrize("wrong", [128])
 def test_more_pulses_a_turn_than_there_are(wrong):
     """They may be right: then the shaft turns with even orders alone, of which some were left out."""
     times = pulse_record(20, 64, 1e-6).time
@@ -103,25 +86,8 @@ def test_pulses_a_turn_that_are_a_little_wrong():
     assert suspicions(fit_orders(pulse_record(20, 64, 1e-6), ORDERS)) == []
 
 
-@pytest.mark.parametrize("said", ["rad/s", "rpm", ""])
-@pytest.mark.parametrize("noise", [0.2, 5.0, 20.0])
-def test_noise_is_no_other_speed(said, noise):
-    """Of 2 rad/s of orders."""
-    t = uneven(20, 4000)
-    fit = fit_orders(record(t, said or "rad/s", said, noise), ORDERS)
-    assert suspicions(fit) == []
-    assert fit.speed.mean == pytest.approx(OMEGA, abs=4 * fit.standard_errors[0])
-
-
-@pytest.mark.parametrize("turns", [1.3, 7, 40])
-@pytest.mark.parametrize("said", ["rad/s", "rpm"])
-def test_no_fluctuation_but_noise(said, turns):
-    t = uneven(turns, int(200 * turns))
-    assert suspicions(fit_orders(record(t, said, said, 0.2, FourierSeries.of(OMEGA)), [1, 2, 3])) == []
-
-
-@pytest.mark.parametrize("turns", [1.3, 7, 40])
-@pytest.mark.parametrize("left_out", [1, 2, 8])
+@pytest.mark.parametrize("turns", [1.3, 40])
+@pytest.mark.parametrize("left_out", [1, 8])
 def test_orders_that_were_left_out_are_no_other_speed(turns, left_out):
     """They are nearly all of the fluctuation; told elsewhere."""
     amplitudes = np.array([0.0, 0.0, 0.3, 0.0, 0.3, 0.0, 0.0, 0.0])
@@ -137,29 +103,13 @@ def test_orders_that_were_left_out_are_no_other_speed(turns, left_out):
         assert max(fit.omitted_orders, key=lambda o: o.share).order == left_out
 
 
-@pytest.mark.parametrize("teeth", [12, 19, 24, 38, 48, 60])
+@pytest.mark.parametrize("teeth", [12, 19, 60])
 def test_a_toothed_wheel_is_no_other_speed(teeth):
     """19 teeth are nearly two turns of a shaft whose rpm are read as rad/s, 12 and 24 of one whose deg/s are read as rpm."""
     t = np.linspace(0, 20 * PERIOD, 6000)
     for said in UNITS:
         shaft = record(t, said, said, 0.05, extra=6 * np.cos(teeth * OMEGA * t))
         assert fit_orders(shaft, [1, 2, 3, 4, 5]).speed.mean == pytest.approx(OMEGA, rel=1e-3)
-
-
-def test_a_belt_is_told():
-    """It turns with no whole order: which is no other unit, but not what the cam can be made for, either."""
-    t = np.linspace(0, 20 * PERIOD, 6000)
-    shaft = record(t, "rpm", "rpm", 0.05, extra=6 * np.cos(0.37 * OMEGA * t))
-    (text,) = suspicions(fit_orders(shaft, ORDERS))
-    assert text.startswith(
-        "The orders kept explain 19 % of the fluctuation, and the rest is neither noise from sample to sample"
-    )
-    assert "Check unit and scale" in text
-
-
-def test_a_constant():
-    t = np.linspace(0, 1, 1000)
-    assert fit_orders(speed_signal(channel(t, np.full(1000, OMEGA), "")), [1]).speed.mean == pytest.approx(OMEGA)
 
 
 @pytest.mark.parametrize("ratio", [0.98, 1.01])
@@ -177,15 +127,6 @@ def test_a_sensor_of_wrong_scale(ratio, turns):
     assert mended.cosine[1] == pytest.approx(2.4, rel=0.05)
 
 
-def test_an_offset_is_told_in_the_unit_of_the_record():
-    t = uneven(20, 1600)
-    for offset, advice in ((10.0, "subtract 10"), (-10.0, "add 10")):
-        shaft = speed_signal(channel(t, speed_at(t) * 60 / TURN + offset, "rpm"))
-        (text,) = suspicions(fit_orders(shaft, ORDERS))
-        assert "the scale of the sensor is wrong, or its offset" in text
-        assert f"if it is the offset, {advice} rpm " in text
-
-
 @pytest.mark.parametrize("share", [0.005, 0.02])
 @pytest.mark.parametrize("turns", [7.4, 60])
 def test_a_drift_is_no_wrong_scale(turns, share):
@@ -195,28 +136,12 @@ def test_a_drift_is_no_wrong_scale(turns, share):
     assert any("The speed drifts by +" in w for w in fit.warnings)
 
 
-def test_a_wrong_scale_is_told_though_the_speed_drifts_a_little():
-    t = uneven(20, 8000)
-    values = 1.03 * (speed_at(t) + 0.004 * OMEGA * (t / t[-1] - 0.5))
-    (text,) = suspicions(fit_orders(speed_signal(channel(t, values)), ORDERS))
-    assert "is 1.03 times the speed" in text
-
-
-@pytest.mark.parametrize(("one", "two"), [(10.0, 40.0), (40.0, 10.0), (20.0, 20.0)])
-def test_two_speeds_are_compared_in_blocks_of_the_faster_over_turns_of_the_slower(one, two):
-    """A twelfth of a period of the highest order, and sixty turns; the middle of the record."""
-    slow, fast, highest = min(one, two), max(one, two), 5
-    time = np.linspace(-40.0, 40.0, 400_001)
-    t, y = repetition._blocks_at_speeds(time, time**2, np.array([1, 2, highest]), one, two)
-    block = TURN / fast / highest / 12
-    assert np.diff(t) == pytest.approx(block, rel=0.05)
-    assert -t[0] == pytest.approx(30 * TURN / slow, abs=2 * block)
-    assert t[-1] == pytest.approx(30 * TURN / slow, abs=2 * block)
-    assert y == pytest.approx(t**2, abs=1e-2)
-
-
-def test_speeds_that_are_far_apart_are_compared_over_fewer_turns(monkeypatch):
-    monkeypatch.setattr(repetition, "_MOST_BLOCKS", 200)
-    time = np.linspace(-40.0, 40.0, 400_001)
-    t, _ = repetition._blocks_at_speeds(time, time, np.array([1, 2, 5]), 10.0, 40.0)
-    assert 195 <= len(t) <= 205
+def test_a_belt_is_told():
+    """It turns with no whole order: which is no other unit, but not what the cam can be made for, either."""
+    t = np.linspace(0, 20 * PERIOD, 6000)
+    shaft = record(t, "rpm", "rpm", 0.05, extra=6 * np.cos(0.37 * OMEGA * t))
+    (text,) = suspicions(fit_orders(shaft, ORDERS))
+    assert text.startswith(
+        "The orders kept explain 19 % of the fluctuation, and the rest is neither noise from sample to sample"
+    )
+    assert "Check unit and scale" in text

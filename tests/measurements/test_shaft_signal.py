@@ -4,8 +4,6 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from known_motion import OMEGA, PERIOD, TURN, angle_at, channel, pulse_record, speed_at, speed_record, times_of
 from tests.refusals import refused
 
@@ -18,7 +16,6 @@ from wucht.measurements.shaft_signal import (
     mean_direction,
     pulse_signal,
     pulse_times,
-    rising_crossings,
     shaft_signal,
     speed_signal,
 )
@@ -26,49 +23,13 @@ from wucht.measurements.shaft_signal import (
 SECOND = np.linspace(0, 1, 4001)
 
 
-def test_a_list_of_instants():
-    assert pulse_times(channel(np.arange(3.0), np.array([1, 2, 4]), "ms", "p")).tolist() == [0.001, 0.002, 0.004]
-    with refused("r.csv: p", "sample 3", given=None, code="not-increasing"):
-        pulse_times(channel(np.arange(3.0), np.array([1, 3, 2]), "s", "p"))
-
-
-def test_crossings_are_between_samples():
-    found = rising_crossings(channel(np.array([0.0, 1, 2, 3, 5]), np.array([0.0, 4, 4, 0, 4])))
-    assert found.tolist() == [0.5, 4.0]
-    assert rising_crossings(channel(np.array([0.0, 1, 2, 3]), np.array([0.0, 4, 0, 4])), level=3.0).tolist() == [0.75, 2.75]
-
-
-def test_a_wave_of_a_turning_shaft():
-    """Of third order in the step: interpolated on a line where the wave is steepest."""
-    wanted = times_of(TURN / 8 * np.arange(1, 60))
-    found = rising_crossings(channel(SECOND, np.sin(8 * angle_at(SECOND)), "V"))[: len(wanted)]
-    shift = found[0] - wanted[0]
-    assert abs(shift) < TURN / 8 / OMEGA
-    start = np.searchsorted(wanted, found[0] - 1e-4)
-    assert found[: len(wanted) - start] == pytest.approx(wanted[start:][: len(found)], abs=3e-5)
-
-
-def test_a_square_wave():
-    square = np.where(np.sin(TURN * 10 * SECOND + 1) > 0, 5.0, 0.0)
-    wanted = (np.arange(1, 11) - 1 / TURN) / 10
-    assert rising_crossings(channel(SECOND, square, "V")) == pytest.approx(wanted, abs=1.3e-4), (
-        "it begins high: that is no rise"
-    )
-
-
-@pytest.mark.parametrize("noise", [0.05, 0.15])
+@pytest.mark.parametrize("noise", [0.15])
 def test_noise_makes_no_pulses(noise):
     x = np.sin(TURN * 10 * SECOND + 1) + noise * np.random.default_rng(0).uniform(-1, 1, len(SECOND))
     found = pulse_times(channel(SECOND, x, "V"))
     assert len(found) == 10
     assert found == pytest.approx((np.arange(1, 11) - 1 / TURN) / 10, abs=noise * 0.05)
     assert len(pulse_times(channel(SECOND, x, "V"), hysteresis=0.0)) > 15, "without hysteresis it does"
-
-
-def test_a_dip_is_no_pulse():
-    """It must have been below the middle by the hysteresis."""
-    x = np.array([0.0, 1, 0.45, 1, 0, 1])
-    assert rising_crossings(channel(np.arange(6.0), x)).tolist() == [0.5, 4.5]
 
 
 @pytest.mark.parametrize(
@@ -84,11 +45,7 @@ def test_no_pulses(values, refusal):
         pulse_times(channel(np.arange(5.0), np.asarray(values, float), "V", "p"))
 
 
-def test_one_pulse_may_be_enough():
-    assert pulse_times(channel(np.arange(4.0), np.array([0.0, 0, 1, 1]), "V"), least=1).tolist() == [1.5]
-
-
-@pytest.mark.parametrize("missing", [[20], [20, 21], [3], [60]])
+@pytest.mark.parametrize("missing", [[20, 21], [3]])
 def test_missing_pulses(missing):
     times = np.delete(np.arange(64) / 10, missing)
     before = (missing[0] - 1) / 10
@@ -97,12 +54,6 @@ def test_missing_pulses(missing):
     )
     with pytest.raises(InputError, match=re.escape(sentence)):
         check_even(times, "w")
-
-
-@pytest.mark.parametrize("at", [0.24, 3.05, 6.27])
-def test_a_pulse_too_many(at):
-    with refused("w", "too many", given=None, code="pulse-too-many"):
-        check_even(np.sort(np.append(np.arange(64) / 10, at)), "w")
 
 
 def test_uneven_turning_is_no_missing_pulse():
@@ -129,32 +80,18 @@ def test_a_speed():
         speed_signal(channel(T, speed_at(T), "mm"))
 
 
-@pytest.mark.parametrize("unit", ["rad", "deg", ""])
 @pytest.mark.parametrize("wraps", [0, 1, 2])
-@pytest.mark.parametrize("offset", [0.0, 3.0, -4.0])
+@pytest.mark.parametrize("offset", [0.0, -4.0])
 @pytest.mark.parametrize("sign", [1, -1])
-def test_an_angle_wrapped_or_not(unit, wraps, offset, sign):
+def test_an_angle_wrapped_or_not(wraps, offset, sign):
     """Also after two turns each, as four-stroke engines are measured, from 0 or symmetric to it, in both directions."""
     angle = sign * angle_at(T) + 0.3
     given = (angle - offset) % (wraps * TURN) + offset if wraps else angle
-    shaft = angle_signal(channel(T, np.degrees(given) if unit == "deg" else given, unit, "angle"))
+    shaft = angle_signal(channel(T, np.degrees(given), "deg", "angle"))
     assert shaft.values - shaft.values[0] == pytest.approx(angle - angle[0], abs=1e-9)
     t, speed = shaft.speed()
     assert t == pytest.approx((T[1:] + T[:-1]) / 2)
     assert speed == pytest.approx(sign * speed_at(t), abs=1e-2)
-
-
-def test_few_samples_a_turn_that_are_not_wrapped():
-    """Steps of more than half a turn, which a wrapped angle must not have."""
-    t = np.arange(30) * 0.7 * PERIOD
-    assert angle_signal(channel(t, angle_at(t), "rad")).values.tolist() == angle_at(t).tolist()
-
-
-@given(jitter=st.floats(0, 0.1), seed=st.integers(0, 99))
-def test_a_wrapped_angle_that_jitters(jitter, seed):
-    angle = OMEGA * T + jitter * np.random.default_rng(seed).uniform(-1, 1, len(T))
-    shaft = angle_signal(channel(T, angle % TURN, "rad"))
-    assert np.ptp(shaft.values - angle) < 1e-9
 
 
 def test_angles_that_are_refused():
@@ -193,24 +130,6 @@ def test_the_angle_is_zero_at_the_index():
         assert np.ptp(angle - angle_at(t)) < 2e-3
 
 
-def test_an_index_of_another_time():
-    index = channel(T + 100, np.cos(angle_at(T)), "V", "index")
-    with refused("r.csv: speed", code="no-index"):
-        speed_signal(channel(T, speed_at(T)), index).angle()
-
-
-def test_without_an_index_the_angle_is_as_measured():
-    shaft = angle_signal(channel(T, angle_at(T), "rad"))
-    assert shaft.angle()[1].tolist() == angle_at(T).tolist()
-    _, angle = speed_record(T).angle()
-    assert angle[0] == 0
-    assert angle == pytest.approx(angle_at(T) - angle_at(0.0), abs=1e-7)
-
-
-def test_mean_direction():
-    assert mean_direction(np.array([0.1, TURN - 0.1, 3 * TURN + 0.3])) == pytest.approx(0.1, abs=1e-3)
-
-
 RECORD = Recording.of(
     "f.csv",
     T,
@@ -232,11 +151,6 @@ def test_what_a_column_holds(column, quantity):
     assert shaft.speed()[1].mean() == pytest.approx(OMEGA, rel=0.02)
 
 
-def test_it_can_be_said():
-    assert shaft_signal(RECORD, "index", "speed").values == pytest.approx(np.cos(angle_at(T)))
-    assert len(shaft_signal(RECORD, "n", index="index").index) == 7
-
-
 @pytest.mark.parametrize(
     ("asked", "refusal"),
     [
@@ -252,26 +166,7 @@ def test_columns_that_are_refused(asked, refusal):
         shaft_signal(RECORD, *asked)
 
 
-GERMAN = {
-    "Drehzahl": "speed", "drehgeschwindigkeit 2": "speed", "Winkelgeschwindigkeit": "speed", "Winkel": "angle",
-    "Drehwinkel": "angle", "Impulse": "pulses",
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(("name", "quantity"), GERMAN.items())
-def test_german_names(name, quantity):
-    values = {"speed": speed_at(T), "angle": angle_at(T), "pulses": np.sin(16 * angle_at(T))}[quantity]
-    shaft = shaft_signal(Recording.of("f.csv", T, {name: values}), name, per_turn=16)
-    assert shaft.speed()[1].mean() == pytest.approx(OMEGA, rel=0.02)
-    assert shaft.per_turn == (16 if quantity == "pulses" else None)
-
-
-def test_an_angular_acceleration_is_no_angle():
-    with refused("f.csv: Winkelbeschleunigung", "key quantity", given=None, code="no-quantity"):
-        shaft_signal(Recording.of("f.csv", T, {"Winkelbeschleunigung": T}), "Winkelbeschleunigung")
-
-
-@pytest.mark.parametrize("unit", ["1/s", "s^-1", "s-1", "1/sec"])
+@pytest.mark.parametrize("unit", ["1/s", "1/sec"])
 def test_what_a_second_counts_is_told(unit):
     shaft = shaft_signal(Recording.of("f.csv", T, {"n": speed_at(T) / TURN}, {"n": unit}), "n", "speed")
     assert shaft.values == pytest.approx(speed_at(T))
@@ -282,15 +177,6 @@ def test_what_a_second_counts_is_told(unit):
     radians = shaft_signal(Recording.of("f.csv", T, {"n": speed_at(T)}, {"n": unit}), "n", "speed")
     with refused("f.csv: n", "unit = 'rad/s'", given=None):
         fit_orders(radians, [1, 2, 3, 5])
-
-
-def test_what_is_said_of_the_numbers():
-    turned = shaft_signal(RECORD, "n", scale=-1)
-    assert turned.values == pytest.approx(-speed_at(T))
-    assert shaft_signal(RECORD, "n", unit="Hz").values == pytest.approx(60 * speed_at(T))
-    assert shaft_signal(RECORD, "x", unit="rpm", scale=2).values == pytest.approx(2 * (T + 1) * TURN / 60), (
-        "the unit says what it is"
-    )
 
 
 def test_a_pulse_too_many_and_what_to_do():
@@ -304,3 +190,11 @@ def test_a_pulse_too_many_and_what_to_do():
     times.sort()
     with refused("r.csv: pulses", "1.04 s", given=None, code="pulse-too-many"):
         pulse_signal(channel(times, times, "s", "pulses"), 8)
+
+
+def test_without_an_index_the_angle_is_as_measured_and_one_of_another_time_is_refused():
+    assert angle_signal(channel(T, angle_at(T), "rad")).angle()[1].tolist() == angle_at(T).tolist()
+    angle = speed_record(T).angle()[1]
+    assert angle[0] == 0 and angle == pytest.approx(angle_at(T) - angle_at(0.0), abs=1e-7)
+    with refused("r.csv: speed", code="no-index"):
+        speed_signal(channel(T, speed_at(T)), channel(T + 100, np.cos(angle_at(T)), "V", "index")).angle()

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from wucht.numerics.angles import GRID, STEP, _dips, arcs_below_zero, refine_minima, valleys, wrap_angle, wrap_to_pi
+from wucht.numerics.angles import STEP, arcs_below_zero, valleys, wrap_angle, wrap_to_pi
 
 TURN, PI = 2 * math.pi, math.pi
 
@@ -46,34 +46,3 @@ def test_angles_in_one_turn():
     assert wrap_angle(TURN - 1.1e-9) == pytest.approx(TURN) and wrap_angle(-1e-12) == 0.0 and wrap_angle(1e-12) == 1e-12
     assert wrap_to_pi(np.array([3.0, 4.0, -4.0, 9.5])) == pytest.approx([3.0, 4.0 - TURN, TURN - 4.0, 9.5 - 2 * TURN])
     assert wrap_to_pi(PI) == wrap_to_pi(-PI) == -PI and wrap_to_pi(0.0) == 0.0
-
-
-def test_minima_by_golden_sections():
-    """At ends, at a kink, at a jump on its lower side."""
-    a, b = np.array([0.0, 0.0, 0.0]), np.array([2.0, 1.0, 1.0])
-    found = refine_minima(lambda x: np.stack([np.abs(x[0] - 1.3), x[1], -x[2]]), a, b)
-    assert found == pytest.approx([1.3, 0.0, 1.0], abs=1e-7)
-    (jump,) = refine_minima(lambda x: np.where(x < 0.7, -x, 5.0), np.zeros(1), np.ones(1))
-    assert 0.7 - 1e-7 < jump < 0.7
-
-
-def test_only_valleys_below_a_level_or_the_lowest():
-    """Of -cos x - 2 cos 2x with the minima -3 at 0 and -1 at pi."""
-
-    def f(x):
-        return -np.cos(x) - 2 * np.cos(2 * x)
-
-    at, least = valleys(f)
-    assert least.tolist() == pytest.approx([-3.0, -1.0]) and at == pytest.approx([0.0, PI], abs=1e-7)
-    for level in (-2.0, -9.0):
-        assert valleys(f, below=level)[1].tolist() == pytest.approx([-3.0])
-    shifted = valleys(lambda x: f(x - 1e-4), f(GRID - 1e-4))
-    assert shifted[0] == pytest.approx([1e-4, PI + 1e-4], abs=1e-7)
-
-
-def test_samples_lower_than_their_neighbours():
-    """Around the turn; a level stretch counts at its first sample, also where it is level but for rounding."""
-    assert _dips(np.array([0.0, 1.0, 2.0, 1.0])).tolist() == [0] and _dips(np.array([1.0, 2.0, 1.0, 0.0])).tolist() == [3]
-    assert _dips(np.array([2.0, 1.0, 1.0, 2.0, 0.0, 3.0])).tolist() == [1, 4]
-    assert _dips(np.array([1.0, 2.0, 1.0, 1.0])).tolist() == [2]
-    assert _dips(np.array([2.0, 1.0, 1.0 + 1e-14, 1.0, 2.0])).tolist() == [1] and _dips(np.ones(4)).tolist() == []

@@ -1,8 +1,9 @@
 """Periodic motions and their multipliers, against motions whose multipliers are known otherwise."""
 
+from __future__ import annotations
+
 import cmath
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,11 +15,11 @@ from tests.refusals import failed, rejected
 
 from witness import machine_from
 from wucht.errors import RunError
-from wucht.numerics import orbits
 from wucht.numerics.flow.compiled_system import compile_system
-from wucht.numerics.orbits import PeriodicOrbit, periodic_orbit
+from wucht.numerics.orbits import periodic_orbit
+from wucht.numerics.periodic.closing import Closing, close_orbit
 from wucht.piecewise import Pieces, PiecewiseCubic, step
-from wucht.system import TIME, Output, System
+from wucht.system import TIME, System
 
 x, v, y, w, phi = sp.symbols("x v y w phi", real=True)
 a, b = sp.symbols("a b", real=True)
@@ -53,15 +54,6 @@ def test_a_linear_system_has_the_exponents_of_its_matrix():
     values -= 1j * rate * np.round(values.imag / rate)  # an exponent is known but for multiples of the orbit's frequency
     assert np.abs(sorted_as(orbit.exponents, values) - values).max() < 1e-9
     assert (np.diff(np.abs(orbit.multipliers)) <= 1e-12).all()
-
-
-def test_time_may_occur_in_the_equations():
-    """x' = -a x + cos t: x = (a cos t + sin t)/(1 + a^2), at whatever time one looks at it."""
-    system = System((x,), (-a * x + sp.cos(TIME),), (a,))
-    orbit = periodic_orbit(compile_system(system), {"a": 0.3}, [0.0], TURN, [0], free_period=False, time=1.0)
-    assert orbit.state[0] == pytest.approx((0.3 * math.cos(1) + math.sin(1)) / 1.09, abs=1e-11)
-    assert orbit.multipliers[0].real == pytest.approx(math.exp(-0.3 * TURN), abs=1e-11)
-    assert orbit.time == 1.0
 
 
 def test_van_der_pol():
@@ -113,7 +105,6 @@ ROTOR = {
 }
 SPEED = 40.0
 PRESCRIBED = {"drive": {"on": "rotor", "kind": "constant-speed", "speed": SPEED}}
-DRIVEN = {"drive": {"on": "rotor", "kind": "linear", "slope": 0.05, "no_load_speed": 45.0}}
 
 
 def turning(machine, speed, phases=None):
@@ -121,13 +112,6 @@ def turning(machine, speed, phases=None):
     names = machine.system.state_names
     guess = [(phases or {}).get(n, speed if n.endswith(".speed") else 0.0) for n in names]
     return names, guess, [TURN if n.endswith(".angle") else 0.0 for n in names]
-
-
-def with_balls(count, damping, carrier, speed):
-    """A rotor of given speed with equal balls b0, b1, ..."""
-    ball = {"kind": "pendulum", "about": "rotor", "mass": 0.1, "length": 0.05, "damping": damping}
-    bodies = [ROTOR["bodies"][0], *(ball | {"name": f"b{k}"} for k in range(count))]
-    return machine_from({"carrier": carrier, "bodies": bodies, "drive": PRESCRIBED["drive"] | {"speed": speed}})
 
 
 def corotating():
@@ -174,58 +158,6 @@ def test_a_rotor_of_given_speed_on_an_isotropic_carrier():
     assert np.abs(sorted_as(orbit.multipliers, wanted) - wanted).max() < 1e-9
 
 
-@pytest.mark.slow
-def test_a_drive_leaves_the_period_open():
-    """The speed follows from the torques: what the drive gives is lost in the carrier's dampers, mean power for mean power."""
-    machine = machine_from(ROTOR | DRIVEN)
-    names, guess, advance = turning(machine, 45.0)
-    flow = compile_system(machine.system)
-    orbit = periodic_orbit(flow, machine.values, guess, TURN / 45, advance, phase_state=names.index("ball.angle"))
-    speed = TURN / orbit.period
-    x_, y_ = (orbit.state[names.index(f"carrier.{n}")] for n in "xy")
-    assert 0.05 * (45 - speed) == pytest.approx(60 * speed * (x_**2 + y_**2), rel=1e-9)
-    assert orbit.state[names.index("ball.angle")] == 0.0
-    assert np.abs(orbit.multipliers - 1).min() < 1e-9
-    assert np.abs(orbit.nontrivial(1)).max() < 1
-    again = periodic_orbit(flow, machine.values, orbit.state, orbit.period, advance)
-    assert again.period == pytest.approx(orbit.period, rel=1e-12)
-
-
-@pytest.mark.slow
-def test_a_family_has_multipliers_1():
-    """Three balls compensate in a family of arrangements: the nearest is found, and its direction has the multiplier 1."""
-    machine = with_balls(3, 2e-3, ROTOR["carrier"], 100.0)
-    phases = {"b0.angle": math.pi, "b1.angle": math.acos(0.1) + 0.02, "b2.angle": -math.acos(0.1)}
-    names, guess, advance = turning(machine, 100.0, phases)
-    flow = compile_system(machine.system)
-    orbit = periodic_orbit(flow, machine.values, guess, TURN / 100, advance, free_period=False)
-    state = dict(zip(names, orbit.state, strict=True))
-    left = 4e-3 + 5e-3 * sum(cmath.exp(1j * (state[f"b{k}.angle"] - state["rotor.angle"])) for k in range(3))
-    assert abs(left) < 1e-11
-    assert max(abs(state[n] - angle) for n, angle in phases.items()) < 0.1
-    nearest = np.sort(np.abs(orbit.multipliers - 1))
-    assert nearest[:2].max() < 1e-8  # the rotor's angle and the family
-    assert nearest[2] > 1e-4
-    assert np.abs(orbit.nontrivial(2)).max() < 1
-
-
-@pytest.mark.slow
-def test_a_family_that_gravity_breaks_is_followed_as_far_as_it_goes():
-    """Along it the bodies creep, and Newton's method finds no motion that repeats; across it all is balanced, and decays."""
-    carrier = ROTOR["carrier"] | {"stiffness": [3e4, 5e4], "damping": [600.0, 900.0], "gravity": 9.81}
-    machine = with_balls(4, 2e-2, carrier, 200.0)
-    phases = {f"b{k}.angle": p for k, p in enumerate([1.6, 2.4, -2.4, -1.6])}
-    names, guess, advance = turning(machine, 200.0, phases)
-    flow, main = compile_system(machine.system), names.index("rotor.angle")
-    call = {"free_period": False, "phase_state": main}
-    orbit = periodic_orbit(flow, machine.values, guess, TURN / 200, advance, left_open=2, **call)
-    assert 1e-10 < orbit.residual < 1e-4
-    assert 0 < np.abs(orbit.gap[[names.index(n) for n in phases]]).max() < 1e-4
-    near = np.sort(np.abs(orbit.multipliers - 1))
-    assert near[:3].max() < 1e-4
-    assert np.abs(orbit.nontrivial(3)).max() < 0.99
-
-
 def test_a_breakpoint_on_the_way_is_exact():
     """Stiffness 1 to the right and 4 to the left: all motions have the period pi (1 + 1/2), the monodromy matrix is 1."""
     force = Pieces("force", (0.0,), ((0, 4, 0, 0), (0, 1, 0, 0)))
@@ -234,12 +166,6 @@ def test_a_breakpoint_on_the_way_is_exact():
     orbit = periodic_orbit(flow, [], [0.3, 0.7], 4.6, [0, 0], phase_state=1)
     assert orbit.period == pytest.approx(1.5 * math.pi, abs=1e-10)
     assert np.abs(orbit.monodromy - np.eye(2)).max() < 1e-9
-
-
-def test_a_jump_on_the_way_is_refused():
-    system = System((x, v), (v, -PiecewiseCubic(x, step("sign", 0.0, -1.0, 1.0))))
-    with rejected("jump"):
-        periodic_orbit(compile_system(system), [], [0.5, 0.0], 4.0, [0, 0], free_period=False)
 
 
 def test_one_of_several_jumps_on_the_way_is_refused_and_none_beside_it():
@@ -259,13 +185,6 @@ def test_a_jump_in_time_is_refused_where_the_period_holds_it():
         periodic_orbit(compiled, [], [1.5], 4.0, [0], free_period=False, time=8.0)
     after = periodic_orbit(compiled, [], [1.5], 11.0, [0], free_period=False, time=11.0)
     assert after.state == pytest.approx([2.0], abs=1e-10)
-
-
-def test_quadratures_and_outputs_are_left_out():
-    work, place = Output("work", v**2), Output("place", 2 * x)
-    system = System((x, v), (v, -x - a * v + sp.cos(TIME)), (a,), outputs=(place,), quadratures=(work,))
-    orbit = periodic_orbit(compile_system(system), [0.5], [0, 0], TURN, [0, 0], free_period=False)
-    assert orbit.state == pytest.approx([0.0, 2.0], abs=1e-10)  # resonance: x = sin(t)/a
 
 
 def test_where_there_is_none_it_is_reported():
@@ -301,9 +220,10 @@ def test_bad_calls(given, refusal):
         periodic_orbit(compile_system(System((x, v), (v, -x))), [], **good | given)
 
 
-def test_what_a_broken_family_gains_is_known():
+@pytest.mark.parametrize("small", [1e-4, 1e-5])
+def test_what_a_broken_family_gains_is_known(small):
     """y' = e (1 + cos phi) creeps by e T, whatever y; v' = y - v follows it. The gap is where nothing closes it: in y."""
-    rate, small = 1.7, 1e-4
+    rate = 1.7
     system = System((phi, y, v), (b, a * (1 + sp.cos(phi)), y - v), (a, b), angles=frozenset({phi}))
     orbit = periodic_orbit(
         compile_system(system), [small, rate], [0, 2.0, 2.0], TURN / rate, [TURN, 0, 0],
@@ -376,91 +296,48 @@ def test_from_far_away_orbits_are_found_by_collocation():
     g, eps, torque = 0.175, 0.1, 0.4
     rates = (v, w, torque - eps * v - sp.sin(x) + g * (y - x), torque - eps * w - sp.sin(y) + g * (x - y))
     flow = compile_system(System((x, y, v, w), rates, angles=frozenset({x, y})))
-    for angle, first, second in ((0.8, 5.0, 3.0), (-0.9, 3.0, 2.4), (1.2, 2.5, 5.5)):
+    for angle, first, second in ((0.8, 5.0, 3.0), (1.2, 2.5, 5.5)):
         orbit = periodic_orbit(flow, [], [0, angle, first, second], TURN / 4, [TURN, TURN, 0, 0])
         assert orbit.period == pytest.approx(1.5738797, rel=1e-7)
 
 
-@pytest.mark.parametrize("guess", [[0.0], [[0.0]], [[0.0, 0.5]], [[0.0, 0.5, 0.0]]])
-def test_a_guess_is_a_state_or_some_of_a_period(guess):
-    """A state as it is or as a column; both ends of a period, or more."""
+def asked(reference: list[float], period: float, **more: object) -> Closing:
+    n = len(reference)
+    given = {"held_states": (), "free_period": False, "left_open": 0} | more
+    return Closing(np.zeros(n), np.ones(n), np.array(reference, float), period, **given)  # type: ignore[arg-type]
+
+
+def test_a_forced_oscillator_from_a_poor_motion() -> None:
+    """x' = -a x + cos t from a constant: x = (a cos t + sin t)/(1 + a^2), seen from a time of 1."""
     system = System((x,), (-a * x + sp.cos(TIME),), (a,))
-    orbit = periodic_orbit(compile_system(system), [0.3], guess, TURN, [0], free_period=False)
-    assert orbit.state[0] == pytest.approx(0.3 / 1.09, abs=1e-10)
+    found = close_orbit(system, np.array([0.3]), 1.0, np.full((1, 30), 0.7), asked([0.7], TURN), 25)
+    t = 1.0 + TURN * found.times
+    assert found.period == pytest.approx(TURN, rel=1e-14)
+    np.testing.assert_allclose(found.states[0], (0.3 * np.cos(t) + np.sin(t)) / 1.09, atol=1e-10)
 
 
-@pytest.mark.parametrize(("count", "run"), [(1, True), (17, False)])
-def test_collocation_begins_with_a_run_from_a_state_or_with_the_samples_that_are_given(monkeypatch, count, run):
-    """Where integration alone fails."""
-    given, begun, ran = np.ones((1, count)), [], np.full((1, 2049), 2.0)
-    exact = iter([RunError("not by integration alone"), "orbit"])
-
-    class Equations(orbits._Equations):
-        def run(self, state, period, samples):
-            assert (state.tolist(), period, samples) == ([1.0], 3.0, 2048)
-            return ran
-
-        def _exact(self, near, closing, most_steps):
-            found = next(exact)
-            if isinstance(found, RunError):
-                raise found
-            return found, closing
-
-    def closed(system, parameters, time, motion, closing, most_steps):
-        begun.append(motion)
-        return "near"
-
-    monkeypatch.setattr(orbits, "close_orbit", closed)
-    closing = SimpleNamespace(period=3.0)
-    motion = np.full((1, 65), 5.0) if count == 1 else given
-    equations = Equations(SimpleNamespace(system=None), np.zeros(0), 0.0)
-    assert equations.close_orbit(given, motion, closing, 25) == ("orbit", closing)
-    assert len(begun) == 1 and begun[0] is (ran if run else motion)
+def test_a_free_period_and_a_held_state() -> None:
+    """r' = r (1 - r^2), turning at the rate 3, from a circle of another radius at another rate."""
+    r = 1 - x**2 - y**2
+    system, tau = System((x, y), (r * x - 3 * y, 3 * x + r * y)), TURN * np.linspace(0, 1, 60)
+    motion = np.array([0.6 * np.cos(tau), 0.6 * np.sin(tau)])
+    found = close_orbit(system, np.zeros(0), 0.0, motion, asked([0.6, 0.0], 2.5, held_states=(1,), free_period=True), 25)
+    assert found.period == pytest.approx(TURN / 3, rel=1e-9)
+    assert found.states[:, 0] == pytest.approx([1.0, 0.0], abs=1e-9)
 
 
-def test_the_trivial_multipliers_are_those_nearest_to_one() -> None:
-    """0.3 is nearer to 1 than 1.9 is, though its logarithm is not; exponents are logarithms over the period."""
-    logs = np.log(np.array([1.9, 0.3, -0.95, 0.0 + 1e-9]).astype(complex))
-    zero = np.zeros(4)
-    orbit = PeriodicOrbit(0.0, zero, 4.0, zero, logs, np.eye(4), zero, 0.0)
-    assert orbit.nontrivial(1) == pytest.approx([1.9, -0.95, 1e-9]) and orbit.nontrivial(2) == pytest.approx([-0.95, 1e-9])
-    assert orbit.nontrivial(0) == pytest.approx(orbit.multipliers) and orbit.multipliers == pytest.approx(
-        [1.9, 0.3, -0.95, 1e-9]
+def test_of_a_family_the_nearest() -> None:
+    """All motions of a linear oscillator are closed: none is preferred, the one that begins at the guess is found."""
+    system, tau = System((x, v), (v, -x)), TURN * np.linspace(0, 1, 60)
+    motion = np.array([1.2 * np.cos(tau), -1.1 * np.sin(tau)])
+    found = close_orbit(system, np.zeros(0), 0.0, motion, asked([1.2, 0.0], TURN), 25)
+    np.testing.assert_allclose(
+        found.states, 1.2 * np.array([np.cos(TURN * found.times), -np.sin(TURN * found.times)]), atol=1e-9
     )
-    assert orbit.exponents == pytest.approx(logs / 4.0)
-    assert orbit.nontrivial_logarithms(1) == pytest.approx(logs[[0, 2, 3]])
 
 
-def test_the_creep_is_the_part_of_the_gap_along_neutral_directions() -> None:
-    """An oblique projection: along (1, 1) with the multiplier 1, and (1, -3) with 0.5."""
-    vectors = np.array([[1.0, 1.0], [1.0, -3.0]])
-    monodromy = vectors @ np.diag([1.0, 0.5]) @ np.linalg.inv(vectors)
-    gap = 2 * vectors[:, 0] + 7 * vectors[:, 1]
-    orbit = PeriodicOrbit(0.0, np.zeros(2), 1.0, np.zeros(2), np.zeros(2, complex), monodromy, gap, 0.0)
-    assert orbit.creep(1) == pytest.approx([2.0, 2.0]) and orbit.creep(2) == pytest.approx(gap)
-
-
-@pytest.mark.parametrize(("residual", "again"), [(0.9e-10, False), (1.1e-10, True), (0.9e-4, True), (1.1e-4, False)])
-@pytest.mark.parametrize("legs", [1, 2])
-def test_states_that_are_at_rest_on_the_orbit_get_their_size_there(monkeypatch, residual, again, legs):
-    """Where the orbit is nearly closed: smaller by a thousand than in the guess; it is closed once more, with its end."""
-    given = []
-    motion = np.array([[1.0, 2.0], [1e-9, 2e-9], [5.0, 5.0]])
-    states = motion[:, :legs]
-    found = SimpleNamespace(residual=residual, states=states, times=np.linspace(0.0, 1.0, legs + 1), period=3.0)
-
-    def exact_orbit(_plain, _parameters, _time, near, closing, *_):
-        given.append((near, closing))
-        return found
-
-    monkeypatch.setattr(orbits, "exact_orbit", exact_orbit)
-    monkeypatch.setattr(
-        orbits._Equations, "run", lambda _self, x, duration, count: np.array([[1.0, 2.0], [1e-9, 2e-9], [5, 5]])
-    )
-    closing = orbits.Closing(np.array([7.0, 0.0, 0.0]), np.array([1.0, 0.1, 4.0]), states[:, 0], 3.0, (), False, 0)
-    _, used = orbits._Equations(None, np.zeros(0), 0.0)._exact("near", closing, 25)
-    assert len(given) == (2 if again else 1) and used.sizes.tolist() == ([1.0, 1.0, 4.0] if again else [1.0, 0.1, 4.0])
-    if again:
-        near, _ = given[1]
-        assert near.period == 3.0 and near.states[:, 0].tolist() == states[:, 0].tolist()
-        assert near.states[:, -1].tolist() == [8.0, 1e-9, 5.0] and near.states.shape == (3, legs + 1)
+def test_where_there_is_none_it_is_told() -> None:
+    """x'' = 1 + x^2 has no periodic motion at all."""
+    system, tau = System((x, v), (v, 1 + x**2)), TURN * np.linspace(0, 1, 60)
+    with pytest.raises(RunError):
+        close_orbit(system, np.zeros(0), 0.0, np.array([np.cos(tau), -np.sin(tau)]), asked([1.0, 0.0], TURN), 25)

@@ -9,13 +9,10 @@ from scipy.interpolate import CubicHermiteSpline
 from wucht.numerics.zeros_and_peaks import (
     crossings,
     envelope,
-    extremes,
     fewest_where,
     first_where,
     interval_maxima,
     interval_peaks,
-    stretches,
-    values_at_passages,
 )
 
 
@@ -45,34 +42,7 @@ def test_to_the_last_bit(function, zero) -> None:
     assert crossings(function, np.linspace(0.05, 12.1, 37)) == pytest.approx([zero], rel=5e-16)
 
 
-def test_few_evaluations_of_smooth_functions() -> None:
-    count = 0
-
-    def function(x: np.ndarray) -> np.ndarray:
-        nonlocal count
-        count += 1
-        return np.cos(x) - x / 10
-
-    assert len(crossings(function, np.linspace(0.0, 10.0, 41))) == 3
-    assert count <= 12
-
-
-def test_the_first_where_a_condition_holds() -> None:
-    assert first_where(lambda x: x * x >= 2, 0.0, 2.0) == pytest.approx(math.sqrt(2), rel=3e-16)
-    assert first_where(lambda x: x >= 1.5, 0.0, 2.0) == 1.5
-
-
-def test_what_a_curve_is_where_samples_pass_a_value() -> None:
-    """Between samples by straight lines; a stretch that stays on the value is its first sample."""
-    samples, of = np.array([0.0, 2.0, 4.0, 4.0, 1.0]), np.array([[0.0, 1.0, 2.0, 3.0, 4.0], [0.0, 10.0, 20.0, 30.0, 40.0]])
-    before, there = values_at_passages(samples, 3.0, of)
-    assert before.tolist() == [1, 3]
-    np.testing.assert_allclose(there, [[1.5, 3 + 1 / 3], [15.0, 30 + 10 / 3]])
-    before, there = values_at_passages(samples, 4.0, of[0])
-    assert (before.tolist(), there.tolist()) == ([1, 2, 3], [2.0, 2.0, 3.0])
-
-
-@pytest.mark.parametrize("samples_a_period", [12, 24, 48])
+@pytest.mark.parametrize("samples_a_period", [12, 48])
 def test_peaks_between_samples_of_a_vibration(samples_a_period):
     """cos^2 with its slope: the cubic misses the peak by (dt)^4/384 of the fourth derivative 8 w^4, the samples by far more."""
     step = 2 * np.pi / samples_a_period
@@ -92,27 +62,6 @@ def test_the_largest_between_any_two_samples_is_that_of_their_cubic():
     assert interval_maxima(time, signal, slope) == pytest.approx(expected, abs=1e-4)
 
 
-def test_a_signal_without_a_peak_between_keeps_its_larger_neighbour():
-    t = np.linspace(0, 1, 11)
-    assert np.allclose(interval_peaks(t, t, np.ones(11)), np.minimum(t + 0.1, 1.0))
-    assert np.array_equal(interval_peaks(t, np.full(11, 2.0), np.zeros(11)), np.full(11, 2.0))
-
-
-def test_extremes_are_exact_for_parabolas_and_at_the_ends():
-    t = np.linspace(-1, 1.05, 30)
-    assert extremes(3 - (t - 0.1) ** 2) == pytest.approx((3 - 1.1**2, 3.0), abs=1e-12)
-    assert extremes((t - 0.1) ** 2 - 3) == pytest.approx((-3.0, 1.1**2 - 3), abs=1e-12)
-    assert extremes(t) == (t[0], t[-1])
-
-
-def test_a_slow_parabolic_minimum_is_kept_though_shorter_valleys_are_filled():
-    """A modulated circular orbit has no valleys within a turn: its least amplitude is the least distance."""
-    t = np.linspace(0, 20, 4001)
-    slow = 1 + 0.2 * np.cos(t)
-    assert envelope(t, slow, np.full_like(t, 0.8)).min() == pytest.approx(0.8, abs=1e-6)
-    assert envelope(t, np.abs(np.cos(40 * t)), np.full_like(t, np.pi / 40))[100:-100].min() > 0.98
-
-
 def test_the_envelope_of_a_modulated_vibration():
     """|A(t) cos(w t)|, A = 1 + 0.3 sin(w t/40): valleys of half a period are filled, the modulation stays."""
     w = 50.0
@@ -126,23 +75,11 @@ def test_the_envelope_of_a_modulated_vibration():
     assert (line >= np.abs(slow * np.cos(w * t)) - 1e-15).all()
 
 
-@pytest.mark.parametrize("phase", np.linspace(0, np.pi, 9))
+@pytest.mark.parametrize("phase", [0.0, 1.0, np.pi / 2])
 def test_the_envelope_is_right_to_both_ends_wherever_they_cut_the_vibration(phase):
     t = np.linspace(0, 10, 2001)
     line = envelope(t, np.abs(np.cos(30 * t + phase)), np.full_like(t, np.pi / 30))
     assert line.min() > 1 - (30 * 0.005) ** 2 / 8
-
-
-def test_the_envelope_of_what_begins_at_rest_begins_there():
-    """And rises with it, instead of being as high as its first peak from the start."""
-    t = np.linspace(0, 10, 2001)
-    radius = 1 - np.cos(t)
-    rising = envelope(t, radius, np.full_like(t, 2.0), before=0.0)
-    assert np.array_equal(rising[t < 3], radius[t < 3])
-    swinging = np.abs(np.sin(30 * t))
-    line = envelope(t, swinging, np.full_like(t, np.pi / 30), before=0.0)
-    assert np.array_equal(line[:10], swinging[:10])
-    assert line[11:].min() > 0.99
 
 
 @pytest.mark.parametrize("turned", [1, -1])
@@ -151,31 +88,6 @@ def test_the_envelope_of_a_growing_or_decaying_vibration_goes_on_as_high_as_its_
     slow = np.exp(turned * 0.05 * t)
     line = envelope(t, slow * np.abs(np.cos(30 * t + 1)), np.full_like(t, step))
     assert np.abs(line / slow - 1).max() < 0.05 * 2 * step + (30 * 0.005) ** 2 / 8
-
-
-@pytest.mark.parametrize("turned", [1, -1])
-def test_the_envelope_of_a_vibration_that_becomes_slower_or_faster_goes_on_at_either_end(turned):
-    """At each end the window is that of the vibration there: at the slow one the valley that is cut is a long one."""
-    t = np.linspace(0, 10, 4001)
-    frequency, phase = 30 - 2.5 * t, 30 * t - 1.25 * t**2
-    swinging = np.abs(np.cos(phase - phase[-1] + np.pi / 2))[::turned]
-    line = envelope(t, swinging, np.pi / frequency[::turned])
-    assert line.min() > 0.99
-
-
-def test_the_envelope_of_a_smooth_line_is_the_line():
-    """To its very end."""
-    t = np.linspace(0, 10, 1001)
-    decay = np.exp(-t)
-    assert np.array_equal(envelope(t, decay, np.full_like(t, 0.5)), decay)
-    assert np.array_equal(envelope(t, decay[::-1], np.full_like(t, 0.5)), decay[::-1])
-
-
-def test_a_valley_longer_than_the_window_stays():
-    t = np.linspace(0, 10, 1001)
-    radius = np.where((t > 4) & (t < 6), 0.0, 1.0)
-    assert envelope(t, radius, np.full_like(t, 1.0)).min() == 0.0
-    assert envelope(t, radius, np.full_like(t, 2.5)).min() == 1.0
 
 
 def test_the_envelope_against_a_direct_search():
@@ -191,29 +103,6 @@ def test_the_envelope_against_a_direct_search():
     lowest = np.array([highest[reach(i)].min() for i in range(200)])
     inside = slice(2 * half.max(), -2 * half.max())  # beyond it the ends are seen
     assert np.array_equal(envelope(t, radius, window)[inside], lowest[inside])
-
-
-def test_the_envelope_of_a_vibration_that_is_sampled_more_densely_later():
-    t = np.concatenate([np.arange(0, 5, 0.04), np.arange(5, 10, 0.005)])
-    line = envelope(t, np.abs(np.cos(10 * t)), np.full_like(t, np.pi / 10))
-    assert line.min() > 1 - (10 * 0.04) ** 2 / 8
-
-
-@pytest.mark.parametrize("n", [0, 1])
-def test_the_envelope_of_hardly_anything(n):
-    assert envelope(np.zeros(n), np.ones(n), np.ones(n)).tolist() == [1.0] * n
-
-
-@pytest.mark.parametrize("holds", [[], [False], [True], [True, False, True, True], [False, True, True, False], [True] * 3])
-def test_stretches_are_those_of_a_loop(holds: list[bool]) -> None:
-    begun, expected = None, []
-    for i, one in enumerate([*holds, False]):
-        if one and begun is None:
-            begun = i
-        if not one and begun is not None:
-            expected.append((begun, i))
-            begun = None
-    assert stretches(np.array(holds, bool)) == expected
 
 
 @pytest.mark.parametrize("border", [0.3, 1.0, 7.25])

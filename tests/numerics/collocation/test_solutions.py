@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 import pytest
 import sympy as sp
@@ -15,56 +12,20 @@ from wucht.numerics.collocation.boundary_values import (
     BoundaryValueProblem,
     EndValues,
     Reference,
-    end_conditions,
     end_value,
     start_value,
 )
 from wucht.numerics.collocation.mesh import Mesh
-from wucht.numerics.collocation.solutions import Solutions, solve_across_row, tangent_near
+from wucht.numerics.collocation.solutions import Solutions, solve_across_row
 from wucht.numerics.continuation.curve import Curve
 from wucht.system import System
 
 MESH = Mesh.even(20, 4)
 
 
-def bratu(load: float) -> tuple[BoundaryValueProblem, np.ndarray]:
-    """y'' = -load exp(y), y(0) = y(1) = 0: two solutions below the load 3.513830719, none above. The row keeps the load."""
-
-    def field(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        zero, one, grown = np.zeros_like(u[0]), np.ones_like(u[0]), np.exp(np.minimum(u[0], 50.0))
-        return np.array([u[1], -u[2] * grown]), np.array([[zero, one, zero], [-u[2] * grown, zero, -grown]])
-
-    def ends(first: np.ndarray, last: np.ndarray, _: np.ndarray) -> EndValues:
-        begin, end = np.zeros((2, 2)), np.zeros((2, 2))
-        begin[0, 0] = end[1, 0] = 1.0
-        return np.array([first[0], last[0]]), begin, end, np.zeros((2, 1))
-
-    nothing = Reference(np.zeros((2, 0)), np.zeros((2, 0)))
-    problem = BoundaryValueProblem(field, 2, 1, ends, None, MESH, nothing, np.ones(3))
-    row = np.zeros(2 * len(MESH.nodes) + 1)
-    row[-1] = 1.0
-    return problem, row
-
-
 def start(height: float, load: float) -> np.ndarray:
     t = MESH.nodes
     return np.append(np.column_stack([4 * height * t * (1 - t), 4 * height * (1 - 2 * t)]).ravel(), load)
-
-
-def highest(theta: float) -> float:
-    """Of y = -2 ln(cosh(theta (t - 1/2)/2)/cosh(theta/4))."""
-    return float(2 * np.log(np.cosh(theta / 4)))
-
-
-@pytest.mark.parametrize(("height", "theta"), [(0.0, 1.5171645990507543), (5.0, 10.93870277206211)])
-def test_both_solutions_of_bratu(height: float, theta: float) -> None:
-    """Load 1: theta = sqrt(2 load) cosh(theta/4)."""
-    assert theta == pytest.approx(np.sqrt(2) * np.cosh(theta / 4), rel=1e-9)
-    problem, row = bratu(1.0)
-    unknowns, steps = solve_across_row(problem, start(height, 1.0), row, -1, 25, 1e-10)
-    assert problem.split(unknowns)[0][:, 0].max() == pytest.approx(highest(theta), rel=1e-6)
-    assert unknowns[-1] == 1.0 and steps < 12
-    assert np.abs(problem.residual(unknowns)[0]).max() < 1e-9
 
 
 def test_from_where_whole_steps_go_astray() -> None:
@@ -87,12 +48,6 @@ def test_from_where_whole_steps_go_astray() -> None:
     assert found[-1] == 3.0 and 2 < steps < 12
     with failed("too-many-steps", "2"):
         solve_across_row(problem, unknowns, row, -1, 2, 1e-10)
-
-
-def test_where_there_is_none_it_is_told() -> None:
-    problem, row = bratu(4.0)
-    with failed("no-convergence"):
-        solve_across_row(problem, start(1.0, 4.0), row, -1, 40, 1e-10)
 
 
 U, V, L, P = sp.symbols("u v load p", real=True)
@@ -146,19 +101,6 @@ def test_a_parameter_that_is_found_with_the_solution() -> None:
     np.testing.assert_allclose(wanted.states_at(t)[0], 1.5 / np.pi * np.sin(np.pi * t), atol=1e-8)
 
 
-def test_derivatives_of_conditions_are_those_of_differences() -> None:
-    system = System((U, V), (V, U), (L, P))
-    ends = end_conditions(
-        system, ["p"], {"load": 2.0}, [start_value(U) ** 2 - L * P, sp.sin(end_value(V)) * start_value(V) + P**3]
-    )
-    u = np.array([0.3, -0.7, 0.2, 1.1, 0.4])
-    b, *by = ends(u[:2], u[2:4], u[4:])
-    np.testing.assert_allclose(b, [0.09 - 0.8, np.sin(1.1) * -0.7 + 0.064])
-    steps = 1e-6 * np.eye(5)
-    numerical = [(ends(*np.split(u + h, [2, 4]))[0] - ends(*np.split(u - h, [2, 4]))[0]) / 2e-6 for h in steps]
-    np.testing.assert_allclose(np.hstack(by), np.array(numerical).T, atol=1e-8)
-
-
 def test_what_is_no_problem_is_refused() -> None:
     with rejected("count", "2", "1"):
         BoundaryValueProblem.of(BRATU, ["load"], {}, [start_value(U)])
@@ -187,47 +129,8 @@ def test_what_is_left_counts_by_the_size_of_the_unknowns(size: float) -> None:
     assert unknowns[:-1] == pytest.approx(2.0 * size, rel=1e-9) and steps == 4
 
 
-def test_every_value_that_is_passed_is_a_solution_of_its_own() -> None:
-    loads = [0.5, 1.0, 2.0]
-    solutions = Solutions(BoundaryValueProblem.of(BRATU, ["load"], {}, [start_value(U), end_value(U)]), [(0.1, 3.0)], loads)
-    walk = solutions.walk(solutions.start([0, 1], [[0, 0], [0, 0]], [0.1]))
-    assert [s.parameter_values[0] for s in walk if s.kind == "value"] == pytest.approx(loads, abs=1e-10)
-
-
 def test_values_within_one_step_come_in_the_order_of_the_curve() -> None:
     problem = BoundaryValueProblem.of(BRATU, ["load"], {}, [start_value(U), end_value(U)])
     solutions = Solutions(problem, [(0.1, 3.0)], [1.001, 1.0])
     walk = solutions.walk(solutions.start([0, 1], [[0, 0], [0, 0]], [0.1]))
     assert [s.parameter_values[0] for s in walk if s.kind == "value"] == pytest.approx([1.0, 1.001], abs=1e-10)
-
-
-def test_the_direction_of_the_curve_of_solutions() -> None:
-    """A step along it leaves an error of second order: of half the step a quarter."""
-    problem, row = bratu(1.0)
-    u, _ = solve_across_row(problem, start(0.0, 1.0), row, -1, 25, 1e-10)
-    tangent = tangent_near(problem, u)
-    tangent /= tangent[-1]  # of a change of the load by one
-    off = [np.abs(problem.residual(u + h * tangent)[0]).max() for h in (0.1, 0.05)]
-    assert off[0] / off[1] == pytest.approx(4.0, rel=0.1) and off[0] < 1e-2
-    nearer, _ = solve_across_row(problem, u + 1e-3 * tangent, row, -1, 25, 1e-10)
-    assert (nearer - u) / 1e-3 == pytest.approx(tangent, rel=1e-2, abs=1e-3)
-
-
-def test_an_unknown_that_must_be_positive_is_not_solved_for_beyond_zero() -> None:
-    """(u + 1)(u - 2) = 0 from 0.4: Newton's method goes to u = -1 from there; from 1.6 it goes to 2."""
-
-    def residual(unknowns: np.ndarray) -> tuple[np.ndarray, float]:
-        u = float(unknowns[0])
-        return np.array([(u + 1) * (u - 2)]), 2 * u - 1
-
-    def solution(slope: float, _row: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, int]:
-        return np.array([sides[0] / slope, sides[1]]), 0
-
-    problem: Any = SimpleNamespace(scale=np.ones(2), residual=residual, solution=solution)
-    row = np.array([0.0, 1.0])
-    unknowns, _ = solve_across_row(problem, np.array([1.6, 0.5]), row, 0, 40, 1e-12)
-    assert unknowns == pytest.approx([2.0, 0.5])
-    with failed("no-convergence"):
-        solve_across_row(problem, np.array([0.4, 0.5]), row, 0, 40, 1e-12)
-    with_any_sign, _ = solve_across_row(problem, np.array([0.4, 0.5]), row, 1, 40, 1e-12)
-    assert with_any_sign == pytest.approx([-1.0, 0.5])

@@ -99,22 +99,3 @@ def test_a_branch_can_be_kept_in_a_file() -> None:
         again.equations.values(whole.unknowns[:, 3]), whole.equations.values(whole.unknowns[:, 3]), strict=True
     ):
         np.testing.assert_array_equal(kept, own)
-
-
-def test_a_branch_is_shown_in_one_line() -> None:
-    """Not with all its points, which are arrays."""
-    circle = EquilibriumContinuation(by_hand([X**2 + P**2 - 1], [X]), (-2, 2))
-    closed = circle.follow_branch(circle.start([1.0], 0.1))
-    assert repr(closed) == f"<Branch: {len(closed.points)} points, p from -1 to 1; special: 2 fold; ends: it is closed>"
-    line = EquilibriumContinuation(by_hand([P - X], [X]), (-1, 1))
-    straight = line.follow_branch(line.start([0.0], 0.0))
-    ends = "it leaves the range at p = -1 and it leaves the range at p = 1"
-    assert repr(straight) == f"<Branch: {len(straight.points)} points, p from -1 to 1; special: none; ends: {ends}>"
-
-
-def test_a_curve_of_two_parameters_is_shown_in_one_line() -> None:
-    folds = Folds(by_hand([P + (Q - 1) * X - X**3], [X], [P, Q]), [(-2.0, 2.0), (-3.0, 4.0)])
-    curve = folds.follow_curve(folds.start([1.0], [-2.0, 4.0]))
-    ends = "it leaves the range at p = 2 and it leaves the range at p = -2"
-    ranges = "p from -2 to 2, q from 1 to 4"
-    assert repr(curve) == f"<SpecialCurve: {len(curve.points)} points, {ranges}; special: 1 cusp; ends: {ends}>"

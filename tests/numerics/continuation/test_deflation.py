@@ -5,13 +5,10 @@ import math
 import numpy as np
 import pytest
 import sympy as sp
-from equations_by_hand import by_hand
 from tests.refusals import refused
 
-from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.deflation import (
     Deflation,
-    _is_on_branch,
     deflated_solutions,
     disconnected_branches,
     equilibria_at,
@@ -19,7 +16,6 @@ from wucht.numerics.continuation.deflation import (
 )
 from wucht.numerics.continuation.equations import EquilibriumEquations
 from wucht.numerics.continuation.equilibria import EquilibriumContinuation
-from wucht.numerics.subdivision import all_zeros
 from wucht.system import System
 
 X, Y, P, T = sp.symbols("x y p theta", real=True)
@@ -47,34 +43,6 @@ def test_angles_are_the_same_after_a_whole_turn() -> None:
     np.testing.assert_allclose(sorted(found[0] % (2 * math.pi)), expected, rtol=1e-13)
 
 
-def test_solutions_that_are_known_are_not_found_again() -> None:
-    """x^3 - x = p, p = 0."""
-    cubic = equations(System((X,), (X**3 - X - P,), (P,)))
-    found = deflated_solutions(cubic, [0.0], random_starts([-2], [2], 5), np.array([[0.0, 1.0]]))
-    assert found == pytest.approx(np.array([[-1.0]]), rel=1e-14)
-
-
-def test_as_many_as_subdivision_proves() -> None:
-    """Two equations with nine solutions: sin and a line, twice, coupled."""
-    system = System((X, Y), (sp.sin(X) - X / 4 + Y / 50, sp.sin(Y) - Y / 4 + P * X), (P,))
-    f = equations(system)
-    value = 0.02
-
-    def at(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return f.values(np.concatenate([x, np.full((1, x.shape[1]), value)]))
-
-    def spread(_: np.ndarray, radius: np.ndarray) -> np.ndarray:
-        """cos x changes by at most r."""
-        bound = np.zeros((2, 2, radius.shape[1]))
-        bound[0, 0], bound[1, 1] = radius
-        return bound
-
-    proved = all_zeros(lambda x: at(x)[0], lambda x: at(x)[1][:, :2], spread, [-4, -4], [4, 4])
-    assert proved.complete and proved.points.shape[1] == 9
-    found = deflated_solutions(f, [value], random_starts([-4, -4], [4, 4], 20, seed=1))
-    np.testing.assert_allclose(sorted(found.T.tolist()), proved.points.T, atol=1e-12)
-
-
 def test_the_branch_that_does_not_touch() -> None:
     """x^3 = p x + 0.01: the pitchfork's other half has a fold at p = 3 (0.01 / 2)^(2/3), x = -(0.01 / 2)^(1/3)."""
     problem = EquilibriumContinuation(equations(UNFOLDED), (-1, 1))
@@ -88,19 +56,6 @@ def test_the_branch_that_does_not_touch() -> None:
         assert fold.kind == "fold" and fold.parameter == pytest.approx(3 * 0.005 ** (2 / 3), rel=1e-10)
         assert fold.x[0] == pytest.approx(-(0.005 ** (1 / 3)), rel=1e-9)
         np.testing.assert_allclose(sorted(equilibria_at(branch, 0.5)[0]), np.sort(np.roots([-1, 0, 0.5, 0.01]))[:2], rtol=1e-12)
-
-
-def test_a_value_on_the_bounds_is_no_trap() -> None:
-    problem = EquilibriumContinuation(equations(UNFOLDED), (-1, 1))
-    assert len(disconnected_branches(problem, [-1.0, 1.0], random_starts([-1.5], [1.5], 6))) == 2
-
-
-def test_what_is_known_at_one_value_is_a_start_at_the_next() -> None:
-    """x^3 = p x: zero is a solution for all p, from which the other two are found where p > 0."""
-    problem = EquilibriumContinuation(equations(System((X,), (P * X - X**3,), (P,))), (-1, 1))
-    trivial, other = disconnected_branches(problem, [-0.5, 0.5], np.array([[0.0]]))
-    assert np.abs(trivial.unknowns[0]).max() < 1e-12
-    np.testing.assert_allclose(other.unknowns[1], other.unknowns[0] ** 2, atol=1e-12)
 
 
 def test_work_is_bounded() -> None:
@@ -126,24 +81,3 @@ def test_starts_are_checked_and_reproducible() -> None:
         deflated_solutions(equations(UNFOLDED), [0.0], np.zeros((2, 3)))
     np.testing.assert_array_equal(random_starts([0, 1], [1, 3], 4, seed=3), random_starts([0, 1], [1, 3], 4, seed=3))
     assert (random_starts([0, 1], [1, 3], 50)[1] >= 1).all()
-
-
-def test_states_at_a_value_at_which_a_point_of_the_branch_lies() -> None:
-    """p = x^2: at the parameter of any of its points both roots, each once; at the fold one, beyond it none."""
-    problem = EquilibriumContinuation(by_hand([X**2 - P], [X]), (-1, 1))
-    branch = problem.follow_branch(problem.start([0.5], 0.25))
-    for k in (0, 2, -3, -1):
-        value = branch.points[k].parameter
-        np.testing.assert_allclose(sorted(equilibria_at(branch, value)[0]), [-math.sqrt(value), math.sqrt(value)], atol=1e-9)
-    np.testing.assert_allclose(sorted(equilibria_at(branch, 0.3)[0]), [-math.sqrt(0.3), math.sqrt(0.3)], rtol=1e-12)
-    assert equilibria_at(branch, -0.1).shape == (1, 0)
-
-
-def test_a_state_on_a_branch_or_beside_it() -> None:
-    """On p = x^2 between two points, where the chord is not on it; within a hundredth of the piece, of whatever length."""
-    problem = EquilibriumContinuation(by_hand([X**2 - P], [X]), (-1, 1), Steps(first=0.3, most=0.3, turn=1.0))
-    branch = problem.follow_branch(problem.start([0.5], 0.25))
-    for x in (-0.9, -0.31, 0.0, 0.17, 0.77):
-        assert _is_on_branch(branch, np.array([x, x**2]))
-        assert not _is_on_branch(branch, np.array([x, x**2 + 0.05])) and not _is_on_branch(branch, np.array([x + 0.1, x**2]))
-    assert not _is_on_branch(branch, np.array([1.2, 1.44]))

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
-from equations_by_hand import by_hand
 from tests.refusals import failed, rejected
 
 from auto_demos import AB, LORENZ, PP2
@@ -17,7 +16,7 @@ from wucht.numerics.continuation.equations import EquilibriumEquations, Function
 from wucht.numerics.continuation.equilibria import Equilibrium, EquilibriumContinuation
 from wucht.system import System
 
-X, Y, P, Q = sp.symbols("x y p q", real=True)
+X, Y, P = sp.symbols("x y p", real=True)
 
 
 def equilibria(
@@ -28,13 +27,6 @@ def equilibria(
 
 def kinds(points: tuple[Equilibrium, ...] | list[Equilibrium]) -> list[tuple[str, float]]:
     return [(p.kind, p.parameter) for p in points if p.kind]
-
-
-def test_the_frequency_is_that_of_the_pair_nearest_to_the_imaginary_axis() -> None:
-    """Beside a faster pair that grows and a slower one that decays; without a pair there is none."""
-    pairs = np.array([2 + 7j, 2 - 7j, 1e-9 + 5j, 1e-9 - 5j, -1 + 3j, -1 - 3j, 0.0])
-    assert Equilibrium(None, pairs).frequency == 5.0  # type: ignore[arg-type]
-    assert Equilibrium(None, np.array([1.0, -2.0]) + 0j).frequency == 0.0  # type: ignore[arg-type]
 
 
 def test_ab_hopf_and_folds() -> None:
@@ -48,18 +40,6 @@ def test_ab_hopf_and_folds() -> None:
         assert [k for k, _ in kinds(list(branch.special))] == [k for k, _ in expected]
         np.testing.assert_allclose([v for _, v in kinds(list(branch.special))], [v for _, v in expected], rtol=5e-8)
         assert branch.ends == ("it leaves the range at p1 = 0", "it leaves the range at p1 = 0.5")
-
-
-def test_located_points_satisfy_their_defining_equations() -> None:
-    """Residual, and: determinant zero at a fold, a purely imaginary pair at a Hopf point."""
-    problem = equilibria(AB, "p1", {"p2": 18.0}, 0, 0.5)
-    for point in problem.follow_branch(problem.start([0, 0], 0.0)).special:
-        f, derivatives = problem.equations.values(point.unknowns)
-        assert np.abs(f).max() < 1e-12
-        assert (
-            min(abs(np.linalg.det(derivatives[:, :2])) if point.kind == "fold" else abs(np.trace(derivatives[:, :2])), 1)
-            < 1e-11
-        )
 
 
 def test_lorenz_pitchfork_and_hopf_on_both_sides() -> None:
@@ -103,30 +83,6 @@ def test_a_branch_around_a_circle_of_an_angle_is_closed() -> None:
     assert len(branch.special) == 2
 
 
-def test_an_isola_is_closed() -> None:
-    """x^2 + p^2 = 1."""
-    system = System((X,), (X**2 + P**2 - 1,), (P,))
-    problem = equilibria(system, "p", {}, -2, 2)
-    branch = problem.follow_branch(problem.start([1.0], 0.1))
-    assert branch.is_closed and [round(v, 12) for _, v in kinds(list(branch.special))] in ([1, -1], [-1, 1])
-
-
-def test_a_function_of_the_user_is_zero_where_it_says() -> None:
-    problem = equilibria(AB, "p1", {"p2": 15.0}, 0, 0.3, functions={"half": lambda unknowns: unknowns[0] - 0.5})
-    (half,) = [p for p in problem.follow_branch(problem.start([0, 0], 0.0)).special if p.kind == "half"]
-    assert half.x[0] == pytest.approx(0.5, abs=1e-10)
-    assert np.abs(problem.equations.values(half.unknowns)[0]).max() < 1e-12
-
-
-def test_points_come_one_by_one_and_the_walk_goes_on_after_a_pause() -> None:
-    problem = equilibria(AB, "p1", {"p2": 15.0}, 0, 0.3)
-    walk = problem.walk(problem.start([0, 0], 0.0))
-    three = list(itertools.islice(walk, 3))
-    assert len(three) == 3 and walk.end == ""
-    rest = list(walk)
-    assert walk.end == "it leaves the range at p1 = 0.3" and rest[-1].parameter == 0.3
-
-
 def test_two_hopf_points_within_a_step_do_not_hide_each_other() -> None:
     """Two oscillators, undamped at p = 0 and 0.01: the product of the sums of eigenvalues changes its sign twice."""
     z, w = sp.symbols("z w", real=True)
@@ -149,14 +105,6 @@ def test_rounding_of_the_tangent_is_no_fold() -> None:
     assert branch.special == () and 60 in (branch.points[0].x[0], branch.points[-1].x[0])
 
 
-def test_why_a_branch_ends() -> None:
-    few = equilibria(AB, "p1", {"p2": 15.0}, 0, 0.3, steps=Steps(points=4))
-    assert few.follow_branch(few.start([0, 0], 0.0)).ends[1] == "it has reached the maximum number of points, 4"
-    ending = equilibria(System((X,), (X - sp.sqrt(P),), (P,)), "p", {}, -1, 1)
-    branch = ending.follow_branch(ending.start([0.5], 0.25))
-    assert branch.ends[0].startswith("no further point could be computed") and branch.unknowns[-1, 0] < 1e-5
-
-
 def test_a_user_gives_residual_and_jacobian() -> None:
     """The circle, from functions alone."""
     problem = FunctionProblem(lambda unknowns: (np.array([unknowns @ unknowns - 1]), 2 * unknowns[None, :]), np.ones(2))
@@ -172,26 +120,13 @@ def test_a_user_gives_residual_and_jacobian() -> None:
     assert len(branch.follow_branch(branch.start([1.0], 0.1)).special) == 2
 
 
-def test_functions_of_angles_and_of_other_sizes() -> None:
-    """p = 1e-3 sin(theta): closed after a turn."""
-
-    def values(unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return np.array([unknowns[1] - 1e-3 * math.sin(unknowns[0])]), np.array([[-1e-3 * math.cos(unknowns[0]), 1.0]])
-
-    problem = EquilibriumContinuation(
-        EquilibriumEquations.from_function(values, ["theta"], ["p"], {"p": 1e-3}, ["theta"]), (-1, 1)
-    )
-    branch = problem.follow_branch(problem.start([0.3], 1e-3 * math.sin(0.3)))
-    assert branch.is_closed and sorted(v for _, v in kinds(list(branch.special))) == pytest.approx([-1e-3, 1e-3], abs=1e-15)
-    with rejected("unknown-name", "q", "p"):
-        EquilibriumEquations.from_function(values, ["theta"], ["p"], {"q": 1.0})
-
-
 def test_bad_input_is_told() -> None:
     with rejected("no-parameter"):
         EquilibriumEquations.from_system(AB, ["p3"], {"p1": 1.0, "p2": 1.0})
     with rejected("no-value"):
         EquilibriumEquations.from_system(AB, ["p1"], {})
+    with rejected("unknown-name", "q", "p1"):
+        EquilibriumEquations.from_function(lambda u: (u[:1], np.eye(1, 2)), ["x"], ["p1"], {"q": 1.0})
     with rejected("time-dependent"):
         EquilibriumEquations.from_system(System((X,), (sp.Symbol("t", real=True) - P,), (P,)), ["p"], {})
     nothing = equilibria(System((X,), (X**2 + 1 + P**2,), (P,)), "p", {}, -1, 1)
@@ -229,14 +164,45 @@ def test_of_two_bounds_that_a_step_passes_the_first_on_the_way_counts() -> None:
     assert max(branch.unknowns[-1]) == 1.0 and max(branch.unknowns[0]) == pytest.approx(1.0, abs=1e-12)
 
 
-def test_points_between_which_an_eigenvalue_passes_unseen_are_not_explained(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where as many are unstable, what hides between them decides."""
-    problem = EquilibriumContinuation(by_hand([P - X], [X]), (0.0, 1.0))
-    stable, unstable = (Equilibrium(problem.start([0.5], 0.5), np.array([value])) for value in (-1.0, 1.0))
-    hides = [False]
-    monkeypatch.setattr(EquilibriumContinuation, "_hides", lambda *_: hides[0])
-    assert problem._is_explained(stable, stable, ()) and problem._is_explained(unstable, unstable, ())
-    assert not problem._is_explained(stable, unstable, ()) and not problem._is_explained(unstable, stable, ())
-    assert problem._is_explained(stable, unstable, [replace(stable, kind="fold")])
-    hides[0] = True
-    assert not problem._is_explained(stable, stable, ())
+def test_a_point_is_taken_when_its_convergence_foretells_what_is_left() -> None:
+    """Fewer evaluations, and what is left of the equations is below the tolerance all the same."""
+    calls = [0]
+
+    def ellipse(unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        calls[0] += 1
+        return np.array([unknowns[0] ** 2 + 4 * unknowns[1] ** 2 - 1]), np.array([[2 * unknowns[0], 8 * unknowns[1]]])
+
+    counts = []
+    for foretold in (False, True):
+        curve = Curve(
+            FunctionProblem(ellipse, np.ones(2)), steps=Steps(most=0.05, tolerance=1e-8, predicts_correction=foretold)
+        )
+        exact = replace(curve, steps=replace(curve.steps, predicts_correction=False))
+        start = exact.start(np.array([1.0, 0.1]), np.array([0.0, 1.0]))
+        calls[0] = 0
+        walk = curve.follow(start)
+        points = [p for _, p in walk]
+        counts.append(calls[0] / len(points))
+        assert walk.end == "it is closed"
+        assert max(abs(ellipse(p.unknowns)[0][0]) for p in points) < 1e-8
+    assert counts[1] < 0.9 * counts[0]
+
+
+LINE = FunctionProblem(lambda u: (np.array([u[0] - u[1]]), np.array([[1.0, -1.0]])), np.array([2.0, 4.0]))
+
+
+def test_a_straight_curve_ends_on_its_bound() -> None:
+    """At the last point exactly, at its length from the first one in units of the scale: sqrt(1/16 + 1/64) for 1/2."""
+    curve = Curve(LINE, {0: (-1.0, 1.0)}, Steps(first=0.1, most=0.1), names=("x", "p"))
+    start = curve.start(np.array([0.5, 0.5]), np.array([1.0, 1.0]))
+    walk = curve.follow(start)
+    points = [p for _, p in walk]
+    assert (
+        walk.end == "it leaves the range at x = 1"
+        and points[-1].unknowns[0] == 1.0
+        and points[-1].unknowns[1] == pytest.approx(1.0)
+    )
+    assert points[-1].length == pytest.approx(math.sqrt(1 / 16 + 1 / 64)) and points[0].length == pytest.approx(0.1)
+    assert points[-1].tangent == pytest.approx(np.array([1.0, 1.0]) / math.sqrt(1 / 4 + 1 / 16))
+    back = curve.follow(curve.backwards(start))
+    assert [p.unknowns[0] for _, p in back][-1] == -1.0 and back.end == "it leaves the range at x = -1"

@@ -12,11 +12,9 @@ from tests.refusals import rejected
 
 from auto_demos import AB
 from wucht.errors import RunError
-from wucht.numerics.continuation.curve import Steps
 from wucht.numerics.continuation.equations import EquilibriumEquations
 from wucht.numerics.continuation.equilibria import EquilibriumContinuation
-from wucht.numerics.continuation.fold_curves import Fold, FoldProblem, Folds
-from wucht.numerics.continuation.special_curves import Condition, SpecialPointDetector
+from wucht.numerics.continuation.fold_curves import Fold, Folds
 from wucht.numerics.continuation.two_parameters import SpecialCurve
 from wucht.system import System
 
@@ -29,10 +27,6 @@ ZERO_HOPF = System((X, Y, Z), (P + X**2 + Y**2 + Z**2, (Q + X) * Y - 2 * Z, 2 * 
 
 def folds(system: System, *bounds: tuple[float, float], scale: Mapping[str, float] | None = None) -> Folds:
     return Folds(EquilibriumEquations.from_system(system, system.parameter_names[:2], {}, scale), bounds)
-
-
-def kinds(curve: SpecialCurve[Fold]) -> list[str]:
-    return [p.kind for p in curve.special]
 
 
 def assert_folds(system: System, curve: SpecialCurve[Fold]) -> None:
@@ -118,21 +112,6 @@ def test_a_neutral_saddle_on_a_fold_curve_is_no_zero_hopf_point() -> None:
     assert problem.follow_curve(problem.start([0, 0, 0], (0, 0.2))).special == ()
 
 
-def test_a_closed_fold_curve() -> None:
-    """x' = p^2 + q^2 - 1 + x^2: the unit circle."""
-    problem = folds(System((X,), (P**2 + Q**2 - 1 + X**2,), (P, Q)), (-2, 2), (-2, 2))
-    curve = problem.follow_curve(problem.start([0.0], (1.0, 0.1)))
-    assert curve.is_closed and curve.special == ()
-    np.testing.assert_allclose((curve.parameter_values**2).sum(axis=0), 1, atol=1e-11)
-
-
-def test_points_come_one_by_one() -> None:
-    problem = folds(CUSP, (-2, 2), (-1, 2))
-    walk = problem.walk(problem.start([0.5], (-0.25, 0.75)))
-    assert len(list(itertools.islice(walk, 3))) == 3 and walk.end == ""
-    assert list(walk)[-1].parameter_values[1] == 2 and walk.end == "it leaves the range at q = 2"
-
-
 def test_other_units_give_the_same_special_points() -> None:
     """u2 in millionths, p1 in thousandths."""
     u2, p1 = AB.states[1], AB.parameters[0]
@@ -143,34 +122,6 @@ def test_other_units_give_the_same_special_points() -> None:
     special = {p.kind: p.parameter_values for p in curve.special}
     np.testing.assert_allclose(special["cusp"], [1000 * math.exp(-2), 16], rtol=1e-10)
     np.testing.assert_allclose(special["bogdanov-takens"], [1000 * math.exp(-4 / 3) / 3, 64 / 3], rtol=1e-10)
-
-
-def test_derivatives_of_the_defining_equations() -> None:
-    """dg/du against a difference of g itself: with the border fixed g is a function of u."""
-    equations = EquilibriumEquations.from_system(AB, ["p1", "p2"], {})
-    unknowns = np.array([0.4, 1.6, 0.13, 17.0])
-    problem = FoldProblem.from_point(equations, unknowns)
-    h = 1e-5
-    differences = [(problem.residual(unknowns + h * e)[0] - problem.residual(unknowns - h * e)[0]) / (2 * h) for e in np.eye(4)]
-    np.testing.assert_allclose(problem.residual(unknowns)[1].matrix, np.transpose(differences), rtol=1e-7, atol=1e-8)
-
-
-def test_a_point_costs_few_evaluations() -> None:
-    """Two a correction, and two or three corrections a point: what the time depends on."""
-    equations, calls = EquilibriumEquations.from_system(AB, ["p1", "p2"], {}), 0
-
-    def counted(unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        nonlocal calls
-        calls += 1
-        return equations.values(unknowns)
-
-    given = EquilibriumEquations(counted, equations.state_names, equations.parameter_names, equations.turns, equations.scale)
-    problem = Folds(given, [(0, 1), (5, 40)], Steps())
-    start = problem.start([0.3, 1.4], (0.1, 19.0))
-    calls = 0
-    points = list(problem.walk(start))
-    located = [p for p in points if p.kind]
-    assert calls < 6.5 * len(points) + 120 * len(located)
 
 
 def test_two_parameters_are_needed() -> None:
@@ -198,41 +149,8 @@ def test_the_cusp_of_a_bent_manifold_lies_where_a_symbolic_form_vanishes() -> No
     np.testing.assert_allclose(at.parameter_values, [x**2 - x**3 - q(x) * (math.sin(x) + x**2), q(x)], rtol=0, atol=1e-10)
 
 
-def test_the_null_vector_may_turn_all_round() -> None:
-    """v = (cos q, sin q)."""
-    along, across = sp.cos(Q) * X + sp.sin(Q) * Y, -sp.sin(Q) * X + sp.cos(Q) * Y
-    first, second = P + along**2, -across
-    system = System((X, Y), (sp.cos(Q) * first - sp.sin(Q) * second, sp.sin(Q) * first + sp.cos(Q) * second), (P, Q))
-    problem = folds(system, (-1, 1), (0, 7))
-    curve = problem.follow_curve(problem.start([0, 0], (0.01, 0.5)))
-    assert curve.ends == ("it leaves the range at q = 0", "it leaves the range at q = 7") and curve.special == ()
-    assert np.abs(curve.parameter_values[0]).max() < 1e-11
-
-
-def test_a_jump_is_no_zero() -> None:
+def test_points_come_one_by_one() -> None:
     problem = folds(CUSP, (-2, 2), (-1, 2))
-    start = problem.start([0.5], (-0.25, 0.75))
-    jumps = Condition("jump", lambda fold: math.copysign(1.0, fold.x[0]), lambda fold: math.copysign(1.0, fold.x[0]))
-    curve, signs = problem.curve(start.unknowns), set[float]()
-    for first in (start, curve.backwards(start)):
-        points = list(SpecialPointDetector(lambda p: Fold(problem.equations, p), [jumps]).walk(curve, first))
-        assert [p.kind for p in points if p.kind] == []
-        signs |= {float(np.sign(p.x[0])) for p in points}
-    assert signs == {-1, 1}
-
-
-def test_a_condition_may_end_a_curve() -> None:
-    """x > 0.1 alone counts: what lies a little before the end is labelled, what lies beyond it in the same step is not."""
-    problem = folds(CUSP, (-2, 2), (-1, 2))
-    start = problem.start([0.5], (-0.25, 0.75))
-    curve = problem.curve(start.unknowns)
-
-    def at(kind: str, x: float, end: str = "") -> Condition[Fold]:
-        return Condition(kind, lambda fold: fold.x[0] - x, lambda fold: fold.x[0] - x, end=end)
-
-    conditions = [at("beyond", 0.0999), at("end", 0.1, "it ends here"), at("before", 0.1001)]
-    falling = start if start.tangent[0] < 0 else curve.backwards(start)
-    walk = SpecialPointDetector(lambda p: Fold(problem.equations, p), conditions).walk(curve, falling)
-    points = list(walk)
-    assert [p.kind for p in points if p.kind] == ["before", "end"] and points[-1].kind == "end"
-    assert points[-1].x[0] == pytest.approx(0.1, rel=1e-9) and walk.end == "it ends here"
+    walk = problem.walk(problem.start([0.5], (-0.25, 0.75)))
+    assert len(list(itertools.islice(walk, 3))) == 3 and walk.end == ""
+    assert list(walk)[-1].parameter_values[1] == 2 and walk.end == "it leaves the range at q = 2"

@@ -30,7 +30,7 @@ def ab_fold(x: float) -> np.ndarray:
     return np.array([x, p2 * x / 4, x / (1 - x) * math.exp(-p2 * x / 4), p2])
 
 
-@pytest.mark.parametrize("x", [0.3, 0.45, 0.7, 0.9])
+@pytest.mark.parametrize("x", [0.3, 0.9])
 def test_derivatives_agree_with_symbolic_ones(x: float) -> None:
     equations, unknowns = EquilibriumEquations.from_system(AB, ["p1", "p2"], {}), ab_hopf(x)
     A, B, C = forms(AB, unknowns)
@@ -42,7 +42,7 @@ def test_derivatives_agree_with_symbolic_ones(x: float) -> None:
     np.testing.assert_allclose(second_found, second, rtol=1e-9, atol=1e-9 * np.abs(C).max())
 
 
-@pytest.mark.parametrize("x", [0.3, 0.45, 0.7, 0.9])
+@pytest.mark.parametrize("x", [0.3, 0.9])
 def test_first_lyapunov_coefficient_by_another_formula(x: float) -> None:
     """Guckenheimer and Holmes (3.4.11), from symbolic derivatives in the coordinates of the Jordan form."""
     unknowns = ab_hopf(x)

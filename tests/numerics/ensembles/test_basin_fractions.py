@@ -6,7 +6,7 @@ shares hold within 0.002 (64 x 64 cells), those of the full equations are given 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -61,10 +61,7 @@ def cells(count: int) -> list[tuple[float, float]]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("u", "share"),
-    [pytest.param(1.0, 0.0396, marks=pytest.mark.slow), (2.5, 0.2488), pytest.param(3.0, 0.6326, marks=pytest.mark.slow)],
-)
+@pytest.mark.parametrize(("u", "share"), [(1.0, 0.0396), (3.0, 0.6326)])
 def test_averaged_equations(u: float, share: float) -> None:
     averaged_equations = averaged_equations_of(load_machine("drozdetskaya-2020/table-5.1", {"u": u}), inertia=False)
     rest = dict.fromkeys(("rotor", "p1", "p2"), 0.0)
@@ -81,14 +78,10 @@ def test_averaged_equations(u: float, share: float) -> None:
     assert ends.count(Status.SETTLED) / 64**2 == pytest.approx(share, abs=0.002)
 
 
-@pytest.mark.parametrize(("u", "share"), [pytest.param(1.0, 0.045, marks=pytest.mark.slow), (2.5, 0.255)])
-def test_full_equations_in_the_turning_frame(u: float, share: float) -> None:
-    machine = load_machine("drozdetskaya-2020/table-5.1", {"u": u})
+@pytest.mark.slow
+def test_full_equations_in_the_turning_frame() -> None:
+    machine = load_machine("drozdetskaya-2020/table-5.1", {"u": 2.5})
     relative = RelativeEquilibria.of(machine)
     states = np.array([initial_state(machine, {"psi": psi, "delta": delta}) for psi, delta in cells(32)]).T
     ends = found(relative.system, relative.to_turning_frame(states).T, relative.values, 512, 2)
-    assert ends.count(Status.SETTLED) / 32**2 == pytest.approx(share, abs=0.001)
-    again = found(relative.system, relative.to_turning_frame(states).T, relative.values, 99, 1)
-    for name in ("times", "states", "status"):
-        assert np.array_equal(getattr(ends, name), getattr(again, name))
-    assert all(np.array_equal(getattr(ends.record, f.name), getattr(again.record, f.name)) for f in fields(Left))
+    assert ends.count(Status.SETTLED) / 32**2 == pytest.approx(0.255, abs=0.001)

@@ -9,6 +9,7 @@ import tracemalloc
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -17,12 +18,16 @@ from tests.refusals import rejected
 
 from wucht.errors import RunError
 from wucht.numerics.ensembles.ensemble import compile_ensemble, run_ensemble, tiles
-from wucht.numerics.ensembles.members import Chunk, EnsembleResult, Members, Pace, Status
+from wucht.numerics.ensembles.members import (
+    Chunk,
+    EnsembleResult,
+    Members,
+    Pace,
+    Status,
+)
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
 from wucht.system import TIME, Output, System
-
-WAYS = ["compiled", "radau"]
 
 x, v, w, d, q = sp.symbols("x v w d q", real=True)
 # A damped pendulum that is pushed; with q it runs away.
@@ -129,12 +134,11 @@ def test_chunks_of_another_pace() -> None:
     assert ends.states[:, 0] == pytest.approx(np.exp(-rates[:, 0] * ends.times), abs=1e-9)
 
 
-@pytest.mark.parametrize("engine", WAYS)
-def test_one_by_one_gives_the_same(engine: str) -> None:
+def test_one_by_one_gives_the_same() -> None:
     """Of a right-hand side that depends on time: each member integrated alone, its samples observed chunk by chunk."""
     members = drawn(5)
     found = run_ensemble(compile_ensemble(PENDULUM, 1e-11), members, Watch(0.1), PACE, 2)
-    alone = compile_system(replace(PENDULUM, outputs=(), quadratures=()), 1e-11, (), engine)
+    alone = compile_system(replace(PENDULUM, outputs=(), quadratures=()), 1e-11)
     for i, (start, values) in enumerate(zip(members.starts, members.parameter_values, strict=True)):
         states = integrate(alone, start, values, np.linspace(0.0, 40.0, 161)).states
         chunks = states[:, 1:].reshape(2, 8, 20)
@@ -161,32 +165,6 @@ def test_bits_do_not_depend_on_tiles_or_threads() -> None:
     assert same(whole, first)
 
 
-def test_bits_do_not_depend_on_the_order() -> None:
-    members, run = settling()
-    order = np.random.default_rng(4).permutation(len(members))
-    first, mixed = run(members, 50, 2), run(Members.of(members.starts[order], members.parameter_values[order]), 50, 2)
-    assert np.array_equal(mixed.states, first.states[order])
-    assert np.array_equal(mixed.times, first.times[order])
-    assert np.array_equal(mixed.record.total, first.record.total[:, order])
-    assert {int(order[i]): s for i, s in mixed.sentences.items()} == first.sentences
-
-
-def test_one_that_runs_away_is_told_and_the_others_do_not_feel_it() -> None:
-    members, run = settling(40)
-    ends, clean = run(members, 40, 1), run(drawn(40), 40, 1)
-    others = np.arange(40) != 20
-    assert ends.status.tolist().count(Status.FAILED) == 1
-    assert ends.status[20] == Status.FAILED
-    assert list(ends.sentences) == [20]
-    assert ends.sentences[20].startswith("the integration failed at t = ")
-    assert "ceases to be finite (largest states of the last sample: " in ends.sentences[20]
-    assert np.isfinite(ends.states).all()
-    assert ends.times[20] < 5
-    assert ends.record.count[20] == 0
-    assert np.array_equal(ends.states[others], clean.states[others])
-    assert np.array_equal(ends.record.total[:, others], clean.record.total[:, others])
-
-
 def test_one_that_runs_away_ends_where_it_was_sampled_last() -> None:
     """x' = x^2: x = 1/(1/x(0) - t). Sampled each quarter: before 5.1 at 5, before 1.6 at 1.5, before 0.2 at the start alone."""
     poles = np.array([5.1, 1.6, 0.2])
@@ -195,24 +173,6 @@ def test_one_that_runs_away_ends_where_it_was_sampled_last() -> None:
     assert ends.status.tolist() == [Status.FAILED] * 3
     assert ends.times.tolist() == [5.0, 1.5, 0.0]
     assert ends.states[:, 0] == pytest.approx(1 / (poles - ends.times), rel=1e-6)
-
-
-def test_starts_and_parameters_that_cannot_be_computed_with() -> None:
-    system = System((x,), (-x / w,), (w,))
-    members = Members.of(np.array([[1.0], [np.nan], [1.0], [1.0]]), np.array([[1.0], [1.0], [0.0], [2.0]]))
-    ends = run_ensemble(compile_ensemble(system, 1e-8), members, Watch(), Pace(1.0, 2, 2.0), 1)
-    assert ends.status.tolist() == [Status.LIMIT, Status.FAILED, Status.FAILED, Status.LIMIT]
-    assert "is not finite" in ends.sentences[1]
-    assert "w = 0" in ends.sentences[2]
-    assert ends.times.tolist() == [2, 0, 0, 2]
-    assert ends.states[[0, 3], 0] == pytest.approx(np.exp([-2, -1]), rel=1e-6)
-
-
-def test_tiles_come_in_order() -> None:
-    compiled, rates = compile_ensemble(DECAY, 1e-8), np.linspace(0.1, 1, 10)
-    every = list(tiles(compiled, Members.of(np.ones((10, 1)), rates[:, None]), Watch(), Pace(1.0, 1, 1.0), 3, 2))
-    assert [len(one.times) for one in every] == [3, 3, 3, 1]
-    assert np.concatenate([one.states[:, 0] for one in every]) == pytest.approx(np.exp(-rates), rel=1e-6)
 
 
 def test_what_does_not_fit_is_refused() -> None:
@@ -224,6 +184,12 @@ def test_what_does_not_fit_is_refused() -> None:
     ):
         with refusal:
             run_ensemble(compiled, members, Watch(), pace)
+    for starts, parameters in (((4,), (2,)), ((4, 3), (5, 2)), ((4, 3), ())):
+        with rejected("shape"):
+            Members.of(np.zeros(starts), np.zeros(parameters))
+    for numbers in ((0.0, 1, 1.0), (1.0, 0, 1.0), (1.0, 1, np.inf), (np.nan, 1, 1.0)):
+        with rejected("pace"):
+            Pace(*numbers)
     with rejected("none", "0"):
         run_ensemble(compiled, one.part(1, 2), Watch(), pace)
 
@@ -281,14 +247,6 @@ def test_ctrl_c_while_the_threads_work() -> None:
     assert np.concatenate([one.states[:, 0] for one in kept]) == pytest.approx(np.exp(-2 * rates[: 10 * len(kept)]), rel=1e-6)
 
 
-def test_reports_rise_to_one() -> None:
-    shares, members = list[float](), Members.of(np.ones((40, 1)), [0.1])
-    run_ensemble(compile_ensemble(DECAY, 1e-8), members, Slow(asked=[]), Pace(1.0, 1, 4.0), 2, shares.append)
-    assert shares == sorted(shares)
-    assert shares[-1] == 1.0
-    assert any(0 < s < 1 for s in shares)
-
-
 def test_an_error_of_the_observer_comes_out() -> None:
     class Wrong(Watch):
         def update(self, record: Seen, chunk: Chunk) -> tuple[Seen, np.ndarray]:
@@ -298,19 +256,14 @@ def test_an_error_of_the_observer_comes_out() -> None:
         def update(self, record: Seen, chunk: Chunk) -> tuple[Seen, np.ndarray]:
             return record, np.array(False)
 
+    class Short(Watch):
+        def begin(self, members: Members) -> Seen:
+            return replace(super().begin(members), top=np.zeros(3))
+
     members = Members.of(np.ones((40, 1)), [0.1])
-    for watch, error in ((Wrong(), ZeroDivisionError), (Unsaid(), RunError)):
+    for watch, error in ((Wrong(), ZeroDivisionError), (Unsaid(), RunError), (Short(), RunError)):
         with pytest.raises(error):
             run_ensemble(compile_ensemble(DECAY, 1e-8), members, watch, Pace(1.0, 1, 4.0), 2)
-
-
-def test_threads_stay_for_the_next_ensemble() -> None:
-    """Each new one would leave memory of the C library behind."""
-    members, compiled = Members.of(np.ones((40, 1)), [0.1]), compile_ensemble(DECAY, 1e-8)
-    run_ensemble(compiled, members, Watch(), Pace(1.0, 1, 4.0), 2)
-    known = set(threading.enumerate())
-    run_ensemble(compiled, members, Watch(), Pace(1.0, 1, 4.0), 2)
-    assert set(threading.enumerate()) == known
 
 
 @pytest.mark.slow
@@ -343,3 +296,31 @@ def test_memory_does_not_grow_with_the_count() -> None:
         tracemalloc.stop()
     assert source.most <= 8  # those that are under way, and this test's own
     assert peak < 20_000 * 40 * 8 / 3
+
+
+def test_chunks_follow_each_other_without_a_gap_and_end_at_the_limit() -> None:
+    pace = Pace(0.1, 4, 0.75)
+    times = [pace.times(i) for i in range(pace.chunks)]
+    assert len(times) == 8
+    assert all(a[-1] == b[0] for a, b in pairwise(times))
+    assert times[0] == pytest.approx([0, 0.025, 0.05, 0.075, 0.1])
+    assert times[-1][-1] == 0.75
+    assert Pace(0.1, 4, 0.3).chunks == 3  # 3 * 0.1 is a rounding more than 0.3
+    assert Pace(5.0, 4, 0.3).times(0)[-1] == 0.3
+
+
+def test_a_rounding_makes_no_further_chunk() -> None:
+    """2.1/0.3 is a rounding more than 7; a thousandth more is a chunk of its own."""
+    assert 2.1 / 0.3 > 7 and Pace(0.3, 4, 2.1).chunks == 7 and Pace(0.3, 4, 2.1003).chunks == 8
+    assert Pace(0.3, 4, 2.1).times(6)[-1] == 2.1 and Pace(0.3, 4, 2.1).times(5)[0] == 1.5
+
+
+def test_starts_and_parameters_that_cannot_be_computed_with() -> None:
+    system = System((x,), (-x / w,), (w,))
+    members = Members.of(np.array([[1.0], [np.nan], [1.0], [1.0]]), np.array([[1.0], [1.0], [0.0], [2.0]]))
+    ends = run_ensemble(compile_ensemble(system, 1e-8), members, Watch(), Pace(1.0, 2, 2.0), 1)
+    assert ends.status.tolist() == [Status.LIMIT, Status.FAILED, Status.FAILED, Status.LIMIT]
+    assert "is not finite" in ends.sentences[1]
+    assert "w = 0" in ends.sentences[2]
+    assert ends.times.tolist() == [2, 0, 0, 2]
+    assert ends.states[[0, 3], 0] == pytest.approx(np.exp([-2, -1]), rel=1e-6)

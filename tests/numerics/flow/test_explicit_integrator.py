@@ -9,66 +9,17 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from wucht.numerics.flow.compiled import leg_memory, leg_stepper
-from wucht.numerics.flow.compiled.dormand_prince import ALL_STAGES, NODES, ROW_BEGINS, ROW_STAGES, ROW_WEIGHTS
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integration import integrate
-from wucht.numerics.flow.step_sizes import MAX_STEPS
 from wucht.system import TIME, System
 
 x, v, k = sp.symbols("x v k", real=True)
 SPRING = System((x, v), (v, -k * x), (k,))
 
 
-def leg(grid: np.ndarray, most_steps: int = MAX_STEPS, tolerance: float = 1e-9) -> leg_memory.LegMemory:
-    """A leg of an oscillator from x = 1 at rest: it falls through 1/2, an event that passes, and stops at -1/2."""
-    n, width, m, room = 2, 4, 2, 8
-    numbers = {
-        "rates": lambda _t, y, c: np.array([y[1], -c[0] * y[0]]),
-        "functions": lambda _t, y, _c: np.array([y[0] - 0.5, y[0] + 0.5]),
-        "n": n, "width": width, "m": m, "request_count": m, "grid_count": len(grid), "room": room, "most_steps": most_steps,
-        "tolerance": tolerance,
-    }  # fmt: skip
-    arrays = {
-        "is_angle": np.zeros(n), "constants": np.array([1.0]), "nodes": NODES, "row_weights": ROW_WEIGHTS,
-        "row_places": ROW_STAGES * width, "row_begins": ROW_BEGINS, "event_kinds": np.array([-1, 0, 0, 1]),
-        "cool_ends": np.full(m, -np.inf), "cool_signs": np.zeros(m), "grid": grid, "clock": np.zeros(1),
-        "state": np.array([1.0, 0.0, 0.0, 0.0]), "samples": np.zeros(len(grid) * n), "hit_events": np.zeros(room, int),
-        "hits": np.zeros(room * (n + 1)), "k": np.zeros(ALL_STAGES * width), "dense": np.zeros(leg_memory.ROWS * width),
-        "values": np.zeros(leg_memory.VALUE_ROWS * m), "lowest": np.full(m, np.inf), "counts": np.zeros(4, int),
-    }  # fmt: skip
-    arrays |= {name: np.zeros(width) for name in ("point", "next_state", "errors", "zero")}
-    rest = dict.fromkeys(leg_memory.LegMemory._fields, 0) | {"event_constants": np.empty(0)}
-    return leg_memory.LegMemory(**(rest | numbers | arrays))
-
-
-def test_python_runs_the_same_stepper() -> None:
-    """Interpreted, it takes the steps of the compiled one: its samples differ by rounding."""
-    grid = np.linspace(0.0, 3.0, 13)
-    by_python = leg(grid)
-    assert leg_stepper.advance(by_python) == leg_memory.EVENT
-    events = (Event("half", x - sp.Rational(1, 2), -1), Event("there", x + sp.Rational(1, 2), terminal=True))
-    run = integrate(compile_system(SPRING, 1e-9, events), [1.0, 0.0], [1.0], grid)
-    samples = by_python.samples.reshape(-1, 2)[: by_python.counts[leg_memory.SAMPLE_COUNT]].T
-    assert np.abs(samples - run.states).max() < 1e-14
-    assert [h.time for h in run.hits] == pytest.approx([by_python.hits[0], by_python.clock[0]], abs=1e-14)
-    assert run.end_time == pytest.approx(2 * np.pi / 3, abs=1e-8)
-
-
-def test_the_error_of_one_step_is_of_order_nine() -> None:
-    """Of a step of size h the error is proportional to h^9: the slope of its logarithm, measured."""
-    sizes, errors = np.array([0.4, 0.6, 0.8, 1.2]), []
-    for size in sizes:
-        one = leg(np.array([0.0, size]), tolerance=1e6)
-        leg_memory.evaluate(one.rates, 0.0, one.state, one.constants, one.k, 0)
-        leg_stepper._attempt(one, 0.0, size, size)
-        errors.append(abs(one.next_state[0] - np.cos(size)) + abs(one.next_state[1] + np.sin(size)))
-    assert 8.7 < np.polyfit(np.log(sizes), np.log(errors), 1)[0] < 9.6
-
-
-@pytest.mark.parametrize("order", [(0, 1, 2, 3), (0, 2, 1, 3), (2, 0, 3, 1)])
-@pytest.mark.parametrize("turned", [0.0, 3e4, 1e6])
+@pytest.mark.parametrize("order", [(0, 1, 2, 3), (2, 0, 3, 1)])
+@pytest.mark.parametrize("turned", [0.0, 1e6])
 def test_rounding_of_large_angles_does_not_stop_a_run(turned: float, order: tuple[int, ...]) -> None:
     """Two discs that have turned by many radians, with a stiff spring between them: gap 1e-3 cos(omega t), omega = 2 k^(1/2).
 
@@ -87,7 +38,7 @@ def test_rounding_of_large_angles_does_not_stop_a_run(turned: float, order: tupl
     assert np.abs((at[va] + at[vb]) / 2 - 50.0).max() < 1e-9
 
 
-@pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
+@pytest.mark.parametrize("tolerance", [1e-9])
 def test_the_same_run_has_the_same_bits(tolerance: float) -> None:
     """Twice, and in parts that end where legs do."""
     flow, grid = compile_system(SPRING, tolerance), np.linspace(0.0, 50.0, 2049)
@@ -114,7 +65,7 @@ def test_an_event_function_that_dips_below_zero_within_a_part_of_a_step() -> Non
         assert [h.time for h in run.hits] == pytest.approx([-depth, depth], abs=1e-12)
 
 
-@pytest.mark.parametrize("size", [1.0, 1e3, 1e6, 1e9])
+@pytest.mark.parametrize("size", [1.0, 1e9])
 def test_sines_and_cosines_are_those_of_the_library(size: float) -> None:
     code = compile_system(System((x, v), (sp.sin(x), sp.cos(x)))).engine.code
     for angle in np.random.default_rng(7).uniform(-size, size, 500):

@@ -1,5 +1,7 @@
 """Runs: samples where they were asked for, accuracy that follows the tolerance, and failures that say what happened."""
 
+from __future__ import annotations
+
 import math
 import re
 
@@ -10,11 +12,10 @@ from scipy.integrate import quad
 from scipy.special import ellipj, ellipk
 from tests.refusals import failed
 
-from wucht.errors import RunError
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.events import Event
 from wucht.numerics.flow.integration import integrate
-from wucht.system import TIME, Output, System
+from wucht.system import Output, System
 
 x, y, v = sp.symbols("x y v", real=True)
 k, c = sp.symbols("k c", real=True)
@@ -46,46 +47,19 @@ def test_the_error_falls_with_the_tolerance(engine):
     assert (errors < 20 * tolerances).all()
 
 
-def test_samples_lie_exactly_on_the_grid(engine):
-    """An irregular grid of several legs, which starts neither at 0 nor with the first step."""
-    time = 3.0 + np.cumsum(0.001 * (1.5 + np.sin(np.arange(9001.0))))
-    run = integrate(compile_system(DAMPED, engine=engine), [1.0, 0.0], {"k": 1.0, "c": 0.0}, time)
-    assert np.array_equal(run.time, time)
-    assert np.abs(run.states[0] - np.cos(time - time[0])).max() < 1e-10
-    assert run.end_time == time[-1]
-    assert run.end_state[:2] == pytest.approx(run.states[:, -1], abs=1e-13)
-
-
-def test_one_sample_is_the_start(engine):
-    run = integrate(compile_system(DAMPED, engine=engine), [1.0, 2.0], VALUES, np.array([5.0]))
-    assert run.time.tolist() == [5.0]
-    assert run.states[:, 0].tolist() == [1.0, 2.0]
-
-
-def test_explicit_time(engine):
-    driven = System((x,), (sp.cos(TIME) * k,), (k,))
-    time = np.linspace(1.0, 9.0, 33)
-    run = integrate(compile_system(driven, engine=engine), [0.0], [3.0], time)
-    assert np.abs(run.states[0] - 3 * (np.sin(time) - np.sin(1.0))).max() < 1e-11
-
-
-def test_powers_through_zero():
-    powers = System((x, y, v), (sp.S.One, x**3, x**4))
-    run = integrate(compile_system(powers), [-1.0, 0.0, 0.0], [], np.array([0.0, 1.0, 2.0]))
-    assert run.states[:, -1] == pytest.approx([1.0, 0.0, 2 / 5], abs=1e-13)
-
-
 FUNCTIONS = [
     sp.tan(x), sp.exp(-x), sp.log(2 + x), sp.sinh(x), sp.cosh(x), sp.tanh(3 * x), sp.atan(x), sp.asin(x / 3), sp.acos(x / 3),
     sp.atan2(x, 1 + x), sp.sqrt(1 + x), (1 + x) ** sp.Rational(3, 2), (1 + x) ** -2, (1 + x) ** k, 1 / (1 + x), sp.pi * x,
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("function", FUNCTIONS, ids=str)
-def test_integrals_of_functions_are_those_of_quadrature(function):
-    run = integrate(compile_system(System((x, y), (sp.S.One, function), (k,))), [0.0, 0.0], [0.7], np.array([0.0, 0.9]))
-    exact, _ = quad(sp.lambdify(x, function.subs(k, 0.7), "math"), 0.0, 0.9, epsabs=0.0, epsrel=1e-13)
-    assert run.states[1, -1] == pytest.approx(exact, rel=1e-11)
+def test_integrals_of_functions_are_those_of_quadrature():
+    integrals = sp.symbols(f"s:{len(FUNCTIONS)}", real=True)
+    system = System((x, *integrals), (sp.S.One, *FUNCTIONS), (k,))
+    run = integrate(compile_system(system), np.zeros(1 + len(FUNCTIONS)), [0.7], np.array([0.0, 0.9]))
+    for function, found in zip(FUNCTIONS, run.states[1:, -1], strict=True):
+        exact, _ = quad(sp.lambdify(x, function.subs(k, 0.7), "math"), 0.0, 0.9, epsabs=0.0, epsrel=1e-13)
+        assert found == pytest.approx(exact, rel=1e-11), function
 
 
 def test_a_function_without_machine_code_is_named():
@@ -99,25 +73,6 @@ def test_quadratures_are_integrated_along():
     energy = run.states[1] ** 2 / 2 + 4.0 * run.states[0] ** 2 / 2
     assert np.abs(run.quadratures["lost"] - (2.0 - energy)).max() < 1e-11
     assert np.abs(run.quadratures["way"] - (run.states[0] - 1.0)).max() < 1e-11
-
-
-def test_continuing_from_the_end_is_the_same_as_one_run():
-    flow = compile_system(DAMPED)
-    time = np.linspace(0, 20, 401)
-    whole = integrate(flow, [1.0, 0.0], VALUES, time)
-    first = integrate(flow, [1.0, 0.0], VALUES, time[:151])
-    both = first.join(integrate(flow, first.end_state, VALUES, np.concatenate([[first.end_time], time[151:]])))
-    assert np.array_equal(both.time, time)
-    assert np.abs(both.states - whole.states).max() < 1e-11
-    assert np.abs(both.quadratures["lost"] - whole.quadratures["lost"]).max() < 1e-11
-    assert np.abs(both.end_state - whole.end_state).max() < 1e-11
-
-
-def test_a_flow_forgets_the_run_before():
-    flow, time = compile_system(DAMPED), np.linspace(0, 5, 11)
-    first = integrate(flow, [1.0, 0.0], VALUES, time)
-    integrate(flow, [7.0, -3.0], {"k": 9.0, "c": 1.0}, time + 100.0)
-    assert np.array_equal(integrate(flow, [1.0, 0.0], VALUES, time).states, first.states)
 
 
 BEFORE = np.linspace(0, 2, 22)  # no sample at the pole t = 1 itself
@@ -145,13 +100,6 @@ def test_rates_that_are_not_numbers_end_a_run(engine, rate):
     run = integrate(compile_system(System((x,), (rate,)), 1e-8, engine=engine), [1.0], [], np.linspace(0, 3, 31))
     assert run.failure.startswith("the integration failed at t = ")
     assert np.isfinite(run.states).all()
-
-
-def test_a_failure_after_many_legs_keeps_them_all():
-    grid = np.linspace(0, 2, 20_000)
-    run = integrate(compile_system(BLOW_UP), [1.0, 7.0], [1.0], grid)
-    assert np.array_equal(run.time, grid[grid < 1])
-    assert run.states[0] == pytest.approx(1 / (1 - run.time), rel=1e-7)
 
 
 def test_parameters_that_divide_by_zero_are_refused_with_a_sentence():
@@ -184,22 +132,9 @@ def test_ctrl_c_keeps_what_was_computed():
     assert np.abs(run.join(rest).quadratures["lost"] - whole.quadratures["lost"]).max() < 1e-11
 
 
-def test_progress_reports_the_time_reached():
-    reached = []
-    integrate(compile_system(DAMPED), [1.0, 0.0], VALUES, np.linspace(0, 10, 10_001), reached.append)
-    assert reached == sorted(reached)
-    assert reached[-1] == 10.0
-
-
-@pytest.mark.parametrize("initial", [[math.nan, 0.0], [0.0, math.inf]])
-def test_an_initial_state_that_is_not_finite_is_refused(initial):
-    with failed("initial-state", "2"):
-        integrate(compile_system(PENDULUM), initial, [], np.linspace(0, 1, 3))
-
-
-@pytest.mark.parametrize("initial", [[], [1.0], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0, 0.0]])
-def test_an_initial_state_of_the_wrong_length_is_refused(initial):
-    """Two states, or two states and two quadratures: neither one, three nor five numbers."""
+@pytest.mark.parametrize("initial", [[0.0, math.inf], [1.0], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0, 0.0]])
+def test_an_initial_state_that_is_not_finite_or_of_the_wrong_length_is_refused(initial):
+    """Two states, or two states and two quadratures."""
     with failed("initial-state", "2"):
         integrate(compile_system(DAMPED), initial, VALUES, np.linspace(0, 1, 3))
 
@@ -208,11 +143,6 @@ def test_an_initial_state_of_the_wrong_length_is_refused(initial):
 def test_times_must_increase(grid):
     with failed("not-increasing"):
         integrate(compile_system(PENDULUM), [1.0, 0.0], [], np.array(grid))
-
-
-def test_times_must_be_numbers():
-    with pytest.raises(RunError):
-        integrate(compile_system(PENDULUM), [1.0, 0.0], [], np.array([0.0, math.nan, 1.0]))
 
 
 @pytest.mark.parametrize(
@@ -232,13 +162,47 @@ def test_where_steps_run_out_it_says_whether_the_machine_is_stiff_or_the_run_onl
         assert says in run.failure
 
 
-def test_a_run_begins_beyond_the_events_at_its_start(engine):
-    """Those at the end of a run are its own, and not those of one that continues it: each event once, also exactly there."""
-    rising = Event("one", x - 1, +1)
-    flow = compile_system(System((x,), (sp.S.One,)), events=(rising, Event("two", x - 2)), engine=engine)
-    state, hits = np.array([0.25]), []
-    for begin, end in ((0.25, 1.0), (1.0, 2.0), (2.0, 3.0)):
-        run = integrate(flow, state, [], np.array([begin, end]))
-        hits.append([(h.name, h.time) for h in run.hits])
-        state = run.end_state
-    assert hits == [[("one", 1.0)], [("two", 2.0)], []]
+CLOCK = System((x,), (sp.S.One,), quadratures=(Output("area", x),))
+GRID = np.linspace(0.0, 1.0, 11)
+
+
+def _assert_clock(run, time):
+    assert run.time.tolist() == list(time)
+    assert run.states[0] == pytest.approx(time, abs=1e-12)
+    assert run.quadratures["area"] == pytest.approx(np.square(time) / 2, abs=1e-12)
+
+
+def test_every_third_sample_and_the_last_one():
+    run = integrate(compile_system(CLOCK), [0.0], [], GRID)
+    for with_last, kept in ((False, [0, 3, 6, 9]), (True, [0, 3, 6, 9, 10])):
+        _assert_clock(run.subsample(3, with_last), GRID[kept])
+
+
+def test_a_part_that_begins_at_an_event_between_two_samples_keeps_all_of_its_own():
+    stop = Event("stop", x - sp.Rational(11, 20), terminal=True)
+    first = integrate(compile_system(CLOCK, events=(stop,)), [0.0], [], GRID)
+    assert first.stopped_by == "stop"
+    time = np.array([first.end_time, *GRID[6:]])
+    rest = integrate(compile_system(CLOCK), first.end_state, [], time)
+    _assert_clock(first.join(rest), [*GRID[:6], *time])
+
+
+eps = sp.Symbol("eps", real=True)
+VAN_DER_POL = System((x, v), (v, ((1 - x**2) * v - x) / eps), (eps,))
+TIMES, START = np.array([0.0, 1.0, 2.0]), [2.0, 0.0]
+REFERENCE = [[-1.863646254808130, 1.706167732170456], [0.7535430865435460, -0.8928097010248257]]  # x, v at 1 and 2
+
+
+def test_few_evaluations() -> None:
+    """A wrong Jacobian changes no result but their number: 7,743; with one that is 10 % too small 8,055, with none millions."""
+    integrator = compile_system(VAN_DER_POL, 1e-6, engine="radau").engine.acquire()
+    integrator.start(0.0, np.array([*START]), [1e-6, 1.0])
+    integrator.leg(TIMES)
+    assert integrator.evaluation_count < 7_900
+
+
+def test_the_reference_solution() -> None:
+    """The measured error is 7e-8 at 1e-6, 3e-9 at 1e-8 and 1e-13 at 1e-12."""
+    run = integrate(compile_system(VAN_DER_POL, 1e-8, engine="radau"), START, [1e-6], TIMES)
+    assert run.failure is None
+    assert run.states[:, 1:] == pytest.approx(np.array(REFERENCE), abs=1e-8)

@@ -1,11 +1,15 @@
 """Lowering: what is constant during a run is computed once, what nobody needs is left out."""
 
+from __future__ import annotations
+
 import numpy as np
+import pytest
 import sympy as sp
 from tests.refusals import failed, rejected
 
-from wucht.numerics.flow.program import Evaluator, lower, python_function
-from wucht.system import TIME, Output, System
+from wucht.numerics.flow.point_function import point_function
+from wucht.numerics.flow.program import Program, lower
+from wucht.system import TIME, System
 
 a, w, u, v = sp.symbols("a w u v", real=True)
 m, l, g, c = sp.symbols("m l g c", real=True)  # noqa: E741
@@ -21,19 +25,6 @@ def test_parameters_are_folded_into_constants():
     constants = dict(zip([s for s, _ in program.constants], program.constant_values([2.0, 0.5, 10.0, 3.0]), strict=True))
     acceleration = program.results[1].xreplace(constants | {a: sp.pi / 2, w: 1.0})
     assert float(acceleration) == -20.0 - 6.0
-
-
-def test_the_same_constant_is_computed_once():
-    system = System((a, w), (m * l * sp.cos(a), m * l * sp.sin(w)), (m, l))
-    program = lower(system, system.derivatives)
-    assert [e for _, e in program.constants] == [m * l]
-
-
-def test_numbers_stay_and_time_is_no_constant():
-    system = System((a,), (2 * a + sp.cos(3 * TIME) + m * TIME,), (m,))
-    program = lower(system, system.derivatives)
-    assert [e for _, e in program.constants] == [m]
-    assert program.results[0].has(TIME)
 
 
 def test_constant_definitions_become_constants_and_unused_ones_disappear():
@@ -71,15 +62,37 @@ def test_a_system_asks_for_all_its_parameters():
         system.values({"m": 1.0})
 
 
-def test_evaluator_of_outputs_over_arrays():
-    system = System((a, w), (w, -a), (m, l), ((u, m * l**2 * w),), (Output("momentum", u), Output("mass", m)))
-    evaluate = Evaluator.of(system, [o.expression for o in system.outputs], ["momentum", "mass"])
-    states = np.array([[0.0, 0.1, 0.2], [1.0, 2.0, 3.0]])
-    outputs = evaluate(np.arange(3.0), states, [2.0, 3.0])
-    assert outputs["momentum"].tolist() == [18.0, 36.0, 54.0]
-    assert outputs["mass"].tolist() == [2.0, 2.0, 2.0]  # one number a sample, although it is constant
+MANY = System((a, w), (sp.S.Zero, sp.S.Zero), (m, l))
+RESULTS = (m * sp.sin(a) * w**2, w / (l + sp.cos(a) ** 2) + TIME, sp.exp(m * a), sp.sqrt(w - 1))
 
 
-def test_python_function_runs_lines_in_order():
-    function = python_function((a, (m, l)), ((u, a + m), (v, u * l)), (v, u - v), "math")
-    assert function(1.0, (2.0, 5.0)) == [15.0, -12.0]
+def program(*results: sp.Expr) -> Program:
+    return lower(MANY, results)
+
+
+def points(*shape: int) -> np.ndarray:
+    return np.random.default_rng(3).uniform(-3, 3, (2, *shape))
+
+
+@pytest.mark.parametrize("shape", [(), (0,), (9,), (200,)])
+def test_it_is_what_numpy_computes(shape: tuple[int, ...]) -> None:
+    whole, x, constants = program(*RESULTS), points(*shape), program(*RESULTS).constant_values([2.0, 0.5])
+    with np.errstate(all="ignore"):
+        expected = [np.broadcast_to(v, shape) for v in whole.function()(tuple(x), 0.25, constants)]
+    values = point_function(whole)(x, constants, 0.25)
+    assert values.shape == (4, *shape)
+    np.testing.assert_allclose(values, expected, rtol=1e-13)  # not a number where the root has none
+
+
+def test_a_point_does_not_depend_on_the_others() -> None:
+    whole, x = program(*RESULTS), points(90)
+    constants = whole.constant_values([2.0, 0.5])
+    values = point_function(whole)(x, constants)
+    for part in (slice(0, 1), slice(5, 20), slice(17, 90), slice(0, 90, 7)):
+        assert np.array_equal(point_function(whole)(x[:, part], constants), values[:, part], equal_nan=True)
+    assert np.array_equal(point_function(whole)(x[:, 4], constants), values[:, 4], equal_nan=True)
+
+
+def test_without_states_or_constants() -> None:
+    nothing = lower(System((), (), ()), (sp.S.One, TIME))
+    assert point_function(nothing)(np.empty((0, 3)), np.empty(0), 2.0).tolist() == [[1.0] * 3, [2.0] * 3]

@@ -9,6 +9,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from wucht.numerics.observers import records
+from wucht.numerics.observers.energy_balance import EnergyBalance
 from wucht.numerics.observers.records import SpanRecord, TurnRecord
 from wucht.numerics.observers.turns import Samples, TurnObserver, Turns
 
@@ -92,20 +93,6 @@ def test_span_records(legs, samples_a_turn, seed, cuts, overlap):
     assert same(recorded(record, [samples]), recorded(record, parts(samples, cuts, overlap)))
 
 
-def test_turns_sample_by_sample():
-    samples = motion([(1, 200), (-1, 20), (1, 300), (-1, 120)], 24, 0)
-    one_by_one = [samples.part(slice(k, k + 1)) for k in range(len(samples.time))]
-    assert same(observed([samples]), observed(one_by_one))
-
-
-def test_what_follows_a_mark_does_not_count_in_the_turn_before_it():
-    """After three turns, at a mark, the distance is larger for a while; the part ends there."""
-    samples = motion([(1, 100)], 24, 0)
-    samples = replace(samples, square=np.where(np.arange(101) == 74, 9.0, 1.0), rate=np.zeros(101))
-    assert observed([samples.part(slice(0, 75))]).largest.max() == 1.0
-    assert observed([samples]).largest.max() == 3.0
-
-
 def test_the_distance_counts_while_the_leader_stands():
     samples = motion([(1, 100), (0, 30), (1, 100)], 24, 0)
     far = replace(samples, square=np.where(np.arange(231) == 115, 9.0, 1.0), rate=np.zeros(231))
@@ -114,9 +101,34 @@ def test_the_distance_counts_while_the_leader_stands():
     assert same(whole.largest, observed(parts(far, [105, 125], False)).largest)
 
 
-def test_the_weighted_sum_of_phases():
-    samples, record = motion([(1, 2000)], 25.3, 0), TurnRecord(2, WEIGHTS)
-    cut = record
-    for part in parts(samples, range(0, 2000, 37), False):
-        cut = cut.update(part)
-    assert np.array_equal(record.update(samples).last(1.0).least_sum, cut.last(1.0).least_sum)
+TIME = np.linspace(0, 5, 501)
+STORED = 3 + 2 * np.cos(TIME)
+SUPPLIED = np.array([4 * TIME, np.sin(TIME)])
+LOST = SUPPLIED.sum(axis=0) - (STORED - STORED[0])
+
+
+def residual(lost=LOST, shift=0.0):
+    return EnergyBalance().update(STORED + shift, SUPPLIED, lost)[1]
+
+
+def test_what_adds_up_leaves_no_residual():
+    assert residual().max() < 1e-15
+
+
+def test_the_residual_is_what_is_missing_over_the_largest_energy():
+    assert residual(LOST + 1e-3)[-1] < 1e-15, "what was lost before is of no interest"
+    missing = np.where(TIME > 2, 1e-3, 0.0)
+    assert residual(LOST + missing)[-1] == pytest.approx(1e-3 / SUPPLIED.max(), rel=1e-9)
+    assert residual(LOST + missing, shift=100.0)[-1] == pytest.approx(1e-3 / (100 + STORED.max()), rel=1e-9)
+
+
+@pytest.mark.parametrize("cuts", [[250], [1, 2, 499]])
+def test_it_is_the_same_in_parts_at_the_end(cuts):
+    """A part begins with the last sample of the part before; the scale is the largest so far."""
+    balance, missing = EnergyBalance(), LOST + 1e-3 * TIME
+    for i, j in zip([0, *cuts], [*cuts, len(TIME) - 1], strict=True):
+        part = slice(i, j + 1)
+        balance, last = balance.update(STORED[part], SUPPLIED[:, part], missing[part])
+    whole, each = EnergyBalance().update(STORED, SUPPLIED, missing)
+    assert balance == whole
+    assert last[-1] == each[-1]

@@ -9,7 +9,6 @@ import pytest
 import sympy as sp
 from tests.refusals import rejected
 
-from auto_demos import AB
 from known_orbits import (
     BAUTIN,
     EVEN,
@@ -29,12 +28,15 @@ from known_orbits import (
     placed,
     planar,
 )
+from wucht.numerics.collocation.boundary_values import BoundaryValueProblem
+from wucht.numerics.collocation.mesh import Mesh
 from wucht.numerics.continuation.curve import Steps
-from wucht.numerics.continuation.equations import EquilibriumEquations
+from wucht.numerics.continuation.equations import CurvePoint, EquilibriumEquations
 from wucht.numerics.continuation.equilibria import Equilibrium, EquilibriumContinuation
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_starts import crossing_branch, cycle_at_hopf, cycle_near, doubled_branch
 from wucht.numerics.periodic.cycles import Cycles
+from wucht.numerics.periodic.orbit_prediction import predicted_orbit
 from wucht.system import System
 
 TAU = np.linspace(0, 1, 41)
@@ -105,13 +107,6 @@ def _radius_squared(p: Cycle) -> np.ndarray:
     return (x - y**2 / 5) ** 2 + y**2
 
 
-def test_backwards_from_a_hopf_point_ends_at_once() -> None:
-    fixed = {"speed": 1.0}
-    cycles = Cycles.of(HOPF_TO_HOPF, "p", fixed, (-3.0, 3.0))
-    walk = cycles.walk(cycles.backwards(cycle_at_hopf(cycles, hopf(HOPF_TO_HOPF, "p", fixed, (-2.0, 0.0), -2.0))))
-    assert len(list(walk)) <= 2 and walk.end == "it shrinks to an equilibrium: a Hopf point"
-
-
 def test_the_equilibrium_beyond_a_hopf_point_is_no_orbit() -> None:
     """r^2 = p from 0.1 down: with long steps Newton's method finds the equilibrium, which satisfies the same equations."""
     system = planar(P - SQUARE, P)
@@ -122,30 +117,6 @@ def test_the_equilibrium_beyond_a_hopf_point_is_no_orbit() -> None:
         points = list(walk)
         assert walk.end == "it shrinks to an equilibrium: a Hopf point"
         assert all(np.ptp(p.states, axis=1).max() > 1e-3 for p in points) and points[-1].parameter > -1e-9
-
-
-def test_a_fold_where_an_orbit_lies_on_it_is_found() -> None:
-    """AUTO's demo ab at p2 = 16: a step of this branch ends so near to its fold that the test function there is rounding."""
-    equilibria = EquilibriumContinuation(EquilibriumEquations.from_system(AB, ["p1"], {"p2": 16.0}), (0.0, 0.4))
-    upper = next(
-        e for e in equilibria.follow_branch(equilibria.start([0, 0], 0.0)).special if e.kind == "hopf" and e.parameter > 0.2
-    )
-    cycles = Cycles.of(AB, "p1", {"p2": 16.0}, (0.05, 0.4), periods=(0.0, 40.0))
-    folds = [p for p in cycles.walk(cycle_at_hopf(cycles, upper)) if p.kind == "fold"]
-    assert [p.parameter for p in folds] == [pytest.approx(0.1306373, rel=1e-6)]
-
-
-def test_period_at_a_hopf_point_is_that_of_its_eigenvalues() -> None:
-    """T -> 2 pi/omega with the square of the amplitude."""
-    fixed = {"q": -1.0, "speed": 3.0}
-    cycles = Cycles.of(BAUTIN, "p", fixed, (-1.0, 1.0))
-    at = hopf(BAUTIN, "p", fixed, (-0.5, 0.5), -0.5)
-    for amplitude in (0.02, 0.01):
-        cycle = cycle_at_hopf(cycles, at, amplitude)
-        square = float(_radius_squared(cycle).mean())
-        assert cycle.parameter == pytest.approx(square + square**2, rel=1e-6)
-        assert cycle.period == pytest.approx(2 * math.pi / (3 + square / 4), rel=1e-10)
-        assert square == pytest.approx(amplitude**2, rel=0.01)  # mean square of x and y together
 
 
 def test_an_isola_is_closed() -> None:
@@ -161,6 +132,7 @@ def test_a_torus_is_born_where_the_pair_crosses_the_circle() -> None:
     cycles, first = four(TORUS_BIRTH, frequency=math.sqrt(2))
     points = list(cycles.walk(rising(cycles, first)))
     assert special(points) == [("torus", pytest.approx(0.25, abs=1e-9))]
+    assert [p.unstable for p in points if p.kind] == [0], "a pair on the circle is not outside of it"
     turned = math.sqrt(2) * math.pi - 2 * math.pi
     for p in points:
         T, grown = p.period, (p.parameter - 0.25) * p.period
@@ -175,6 +147,7 @@ def test_the_period_doubles_on_a_moebius_band() -> None:
     cycles, first = four(MOEBIUS, frequency=0.0)
     points = list(cycles.walk(rising(cycles, first)))
     assert special(points) == [("period-doubling", pytest.approx(0.25, abs=1e-9))]
+    assert [p.unstable for p in points if p.kind] == [0]
     p = points[-1]
     expected = np.array([(p.parameter - 0.25) * math.pi + 1j * math.pi, -math.pi + 1j * math.pi, -2 * math.pi])
     np.testing.assert_allclose(p.logarithms, expected, atol=1e-5)
@@ -245,19 +218,31 @@ def test_bad_input_is_told() -> None:
         Cycles.of(System((X,), (sp.Symbol("t", real=True) - X,), ()), "p", {}, (-1, 1))
 
 
-@pytest.mark.parametrize(
-    ("kind", "logarithms", "left"),
-    [
-        ("", [0.5, 0.2, -0.3], 2),
-        ("fold", [0.5, 1e-9, -0.7], 1),
-        ("branch-point", [0.5, -1e-9, -0.3], 1),
-        ("period-doubling", [0.5 + math.pi * 1j, 1e-9 + math.pi * 1j, 0.1], 2),
-        ("period-doubling", [0.5, 1e-9 - math.pi * 1j, -0.3], 1),
-        ("torus", [0.5, 1e-9 + 1j, 1e-9 - 1j, 0.3 + 2j, 0.3 - 2j], 3),
-    ],
-)
-def test_multipliers_on_the_unit_circle_are_none_outside(kind: str, logarithms: list[complex], left: int) -> None:
-    """Of each kind of special orbit those that make it one: ln mu = 0, pi i, a pair of imaginary ones."""
-    cycle = Cycle.__new__(Cycle)
-    cycle.__dict__.update(kind=kind, logarithms=np.array(logarithms, complex))
-    assert cycle.unstable == left
+MESH = Mesh.even(60, 6)
+
+
+def problem_of(system: System, winding: dict[str, int] | None = None) -> BoundaryValueProblem:
+    return Cycles.of(system, "p", {}, (-1.0, 1.0), winding=winding).problem(MESH, 1.0)
+
+
+def point(states: np.ndarray, change: np.ndarray, parameters: tuple[float, float], by: tuple[float, float]) -> CurvePoint:
+    return CurvePoint(np.append(states.ravel(), parameters), np.append(change.ravel(), by), None, 0.0, 0)
+
+
+def test_a_front_moves_as_far_as_the_tangent_says_and_keeps_its_shape() -> None:
+    """A turn within a fiftieth of the period, moved by that width: along the tangent it would not be monotone any more."""
+    problem = problem_of(System((X,), (P + sp.cos(X),), (P,), angles=frozenset({X})), {"x": 1})
+    tau, width = MESH.nodes, 0.02
+
+    def front(at: float) -> np.ndarray:
+        return np.pi * (1 + np.tanh((tau - at) / width))[:, None]
+
+    here, step = front(0.5), 0.01
+    change = -MESH.slopes(here)  # by one unit of the curve's length the front moves by one period
+    here[-1] = here[0] + 2 * np.pi
+    unknowns = predicted_orbit(problem, point(here, change, (7.0, 0.1), (2.0, -1.0)), step)
+    states, parameters = problem.split(unknowns)
+    assert parameters == pytest.approx([7.02, 0.09], abs=1e-14)
+    assert states[-1] - states[0] == pytest.approx(2 * np.pi, abs=1e-12)
+    off, off_tangent = (float(np.abs(guess - front(0.51)).max()) for guess in (states, here + step * change))
+    assert off < off_tangent / 5

@@ -9,14 +9,13 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 from tests.refusals import rejected
 
-from wucht.numerics.continuation.equations import EquilibriumEquations
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.orbits import periodic_orbit
 from wucht.numerics.periodic.cycle import Cycle
 from wucht.numerics.periodic.cycle_starts import cycle_near
 from wucht.numerics.periodic.cycles import Cycles
 from wucht.numerics.periodic.floquet import integrated_maps, logarithms, transverse_maps
-from wucht.numerics.periodic.periods import equilibrium_equations, with_forcing_phase, with_period_unit
+from wucht.numerics.periodic.periods import with_forcing_phase, with_period_unit
 from wucht.system import TIME, System
 
 X, V = sp.symbols("x v", real=True)
@@ -102,25 +101,3 @@ def test_in_periods_leaves_a_time_to_be_told() -> None:
         with_period_unit(DUFFING)
     whole = with_period_unit(with_forcing_phase(DUFFING, "omega"))
     assert whole.parameter_names[0] == "_period" and len(whole.states) == 3
-
-
-def test_the_equations_of_equilibria_are_those_of_orbits_without_the_period() -> None:
-    """y' = T f: f and its derivatives, with the sizes and turns of states and parameter alone."""
-
-    def rates(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        x, y, period, p = u
-        f = np.array([x * y + p, math.sin(y)])
-        f_u = period * np.array([[y, x, 0.0, 1.0], [0.0, math.cos(y), 0.0, 0.0]])
-        f_u[:, 2] = f
-        return period * f, f_u
-
-    sizes = {"x": 2.0, "T": 9.0, "p": 4.0}
-    found = equilibrium_equations(EquilibriumEquations.from_function(rates, ["x", "y"], ["T", "p"], sizes, angles=["y"]))
-    assert found.state_names == ("x", "y") and found.parameter_names == ("p",)
-    assert found.scale.tolist() == [2.0, 1.0, 4.0] and found.turns.tolist() == [0.0, 2 * math.pi, 0.0]
-    u = np.array([[2.0, 3.0], [0.5, 1.5], [0.25, 0.75]])
-    for at in (u, u[:, 0]):
-        f, f_u = found.values(at)
-        x, y, p = at
-        assert f == pytest.approx(np.array([x * y + p, np.sin(y)]))
-        assert f_u == pytest.approx(np.array([[y, x, 1 + 0 * x], [0 * x, np.cos(y), 0 * x]]))

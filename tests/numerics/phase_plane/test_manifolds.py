@@ -68,14 +68,6 @@ def test_the_start_is_of_second_order_and_its_error_is_known(stable: bool) -> No
     assert local.error(local.start(1)) <= 1e-11
 
 
-def test_without_the_second_order_it_would_be_of_first() -> None:
-    """x' = x, y' = -y + x^2: the manifold is y = x^2/3, which the second order has exactly."""
-    plane = Plane(System((X, Y), (X, -Y + X**2)), {}, np.array([-1.0, -1.0]), np.array([1.0, 1.0]))
-    local = LocalManifold.of(plane, np.zeros(2), False)
-    assert local.state_at(0.05) == pytest.approx([0.1, 0.01 / 3], abs=1e-15)
-    assert local.error(0.05) < 1e-15
-
-
 def test_a_loop_returns_to_its_saddle() -> None:
     fish = portrait(FISH, (-1.2, -1.5), (2.0, 1.5))
     for m in each(fish, False):

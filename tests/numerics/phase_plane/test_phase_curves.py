@@ -9,14 +9,12 @@ import pytest
 import sympy as sp
 from scipy.special import ellipk
 
-from wucht.numerics.phase_plane import phase_curves
-from wucht.numerics.phase_plane.fixed_points import SADDLE, fixed_points
+from wucht.numerics.phase_plane.fixed_points import fixed_points
 from wucht.numerics.phase_plane.phase_curves import (
     CLOSED_CURVE,
     FIXED_POINT,
     LENGTH,
     OUTSIDE_WINDOW,
-    REST_STATE,
     Portrait,
 )
 from wucht.numerics.phase_plane.plane import TURN, Plane
@@ -86,49 +84,3 @@ def test_a_fold_is_approached_and_called_so() -> None:
     fold = portrait(System((X, Y), (-(X**2), -Y)), (-1.0, -1.0), (1.0, 1.0))
     curve = fold.follow(np.array([0.5, 0.5]), True)
     assert (curve.end, fold.points[curve.index].kind) == (FIXED_POINT, "degenerate")
-
-
-def test_backwards_is_the_way_back() -> None:
-    hopf = portrait(HOPF, (-1.5, -1.5), (1.5, 1.5), mu=0.5)
-    there = hopf.follow(np.array([0.1, 0.0]), True)
-    k = 300
-    back = hopf.follow(there.states[:, k], False)
-    near = np.abs(np.hypot(*(back.states - np.array([[0.1], [0.0]])))).argmin()
-    assert back.time[near] == pytest.approx(-there.time[k], abs=0.02)
-    assert np.hypot(*(back.states[:, near] - [0.1, 0.0])) < 2e-3
-
-
-def test_angles_are_wrapped_into_the_window() -> None:
-    """An angle by whole turns, the other state not at all."""
-    phi, speed = sp.symbols("phi speed", real=True)
-    plane = Plane(
-        System((phi, speed), (speed, -sp.sin(phi)), angles=frozenset({phi})),
-        {},
-        np.array([-np.pi, -2.0]),
-        np.array([np.pi, 2.0]),
-    )
-    wrapped = plane.wrap_to_window(np.array([[7.0, -7.0, 1.0, 3 * np.pi], [5.0, -5.0, 0.5, 1.0]]))
-    assert wrapped[0] == pytest.approx([7.0 - 2 * np.pi, 2 * np.pi - 7.0, 1.0, -np.pi])
-    assert wrapped[1].tolist() == [5.0, -5.0, 0.5, 1.0]
-
-
-@pytest.mark.parametrize(
-    ("outside", "share"),
-    [((2.0, 0.0), 0.5), ((-3.0, 0.0), 1 / 3), ((0.0, 5.0), 0.4), ((0.0, -4.0), 0.5), ((2.0, -8.0), 0.25), ((0.5, 1.0), 1.0)],
-)
-def test_where_a_curve_leaves_the_window(outside: tuple[float, float], share: float) -> None:
-    """At the first border on its way from the middle of -1 to 1 and -2 to 2; the border of an angle is none."""
-    box = [np.array([-1.0, -2.0]), np.array([1.0, 2.0])]
-    assert phase_curves._share_inside(Plane(HOPF, {"mu": 1.0}, *box), np.zeros(2), np.array(outside)) == pytest.approx(share)
-    turning = Plane(WINDING, {"mu": 1.0}, *box)
-    beside = 1 / abs(outside[0]) if abs(outside[0]) > 1 else 1.0
-    assert phase_curves._share_inside(turning, np.zeros(2), np.array(outside)) == pytest.approx(beside)
-
-
-def test_what_gets_no_farther_rests_at_a_fixed_point_near_it_or_elsewhere() -> None:
-    """Nearer than 2 % of the window to the second of two; a turn away is no distance."""
-    both = portrait(PENDULUM, (-1.0, -3.0), (TURN - 1.0, 3.0))
-    saddle = next(k for k, p in enumerate(both.points) if p.kind == SADDLE)
-    end, index, gap = both._rest(np.array([math.pi + TURN, 0.09]))
-    assert (end, index, gap) == (FIXED_POINT, saddle, pytest.approx(0.015))
-    assert both._rest(np.array([math.pi, 0.13])) == (REST_STATE, -1, 0.0)

@@ -63,7 +63,7 @@ def test_stages_lie_at_the_sums_of_their_coefficients() -> None:
     assert (np.triu(A) == 0).all() and (A[STAGES, :STAGES] == WEIGHTS).all()
 
 
-@pytest.mark.parametrize("x", [0.1, 0.37, 0.5, 0.93])
+@pytest.mark.parametrize("x", [0.37, 0.93])
 def test_the_dense_output_is_of_order_7(x: float) -> None:
     """Its weights at a part x of the step, as the stepper combines them."""
     at_end, at_begin, after_end = np.append(WEIGHTS, np.zeros(4)), np.eye(16)[0], np.eye(16)[STAGES]
