@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import pairwise
 from typing import Any
 
@@ -17,6 +18,7 @@ MASS, STIFFNESS, DAMPING, UNBALANCE, FREE_SPEED = 10.0, 1e5, 60.0, 5e-3, 150.0
 SLOWEST, FASTEST = 95.0, 115.0  # of the random speeds
 
 
+@cache
 def machine() -> Machine:
     body = {"kind": "rotor", "name": "drum", "mass": 5.0, "unbalance": UNBALANCE, "inertia": 0.02}
     return machine_from({

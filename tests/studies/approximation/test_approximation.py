@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.refusals import Refusal, check_refusal, refused
+from tests.refusals import check_refusal, refused
 
 from wucht import Approximation, Machine, draw, load_machine, report, run
 from wucht.dynamics.scenarios.order_of_error import FACTORS, Errors, UnmeasuredError, measured_errors, nominal_order
 from wucht.dynamics.work import Work
 from wucht.machines.schedules import schedules_of
 
-Study = Callable[..., Path]
 TABLE_3_1 = "drozdetskaya-2020/table-3.1-carrier"
 DRUM_START = {"p1": 0.3, "p2": -0.5}
 
@@ -41,16 +40,15 @@ def rotor() -> Machine:
     return load_machine(TABLE_3_1).with_values({"u": 2.0})
 
 
-@pytest.fixture
-def drum(study: Study) -> Machine:
-    return load_machine(str(study()))
+@pytest.fixture(scope="module")
+def drum() -> Machine:
+    return load_machine("drozdetskaya-2020/r1")
 
 
 # Keys
 
 
 SPACED = {
-    "linear": ({"range": [1.0, 3.0], "points": 3}, [1.0, 2.0, 3.0]),
     "a decade": ({"range": [0.1, 1.0], "points": 3}, [0.1, math.sqrt(0.1), 1.0]),
     "a decade, linear": ({"range": [0.1, 1.0], "points": 3, "spacing": "linear"}, [0.1, 0.55, 1.0]),
     "less, log": ({"range": [1.0, 4.0], "points": 3, "spacing": "log"}, [1.0, 2.0, 4.0]),
@@ -68,12 +66,6 @@ def test_values_of_the_range(rotor: Machine, keys: dict[str, Any], expected: lis
     assert values == pytest.approx(expected, rel=1e-12)
 
 
-def test_defaults() -> None:
-    question = ask()
-    assert (question.along, question.values, question.until_phi, question.order) == ((), (), 100.0, 1)
-    assert question.settings.model == "both"
-
-
 def test_one_factor_of_several_parameters() -> None:
     machine = load_machine("drozdetskaya-2020/table-5.1")
     question = ask(along=["beta_p", "beta_r"], values=[0.5])
@@ -83,41 +75,30 @@ def test_one_factor_of_several_parameters() -> None:
 
 
 REFUSED: dict[str, dict[str, Any]] = {
-    "along": {"along": "p1.name", "values": [1]}, "along a number": {"along": 3, "values": [1]},
-    "along nothing": {"along": [], "values": [1]}, "along twice": {"along": ["p1.mass", "p1.mass"], "values": [1]},
-    "along alone": {"along": "p1.mass"}, "range alone": {"range": [1, 2]}, "points alone": {"points": 3},
-    "both": {"along": "p1.mass", "values": [1], "range": [1, 2]}, "order of the range": {"along": "p1.mass", "range": [2, 1]},
+    "along": {"along": "p1.name", "values": [1]},
+    "along nothing": {"along": [], "values": [1]},
+    "along twice": {"along": ["p1.mass", "p1.mass"], "values": [1]},
+    "along alone": {"along": "p1.mass"},
+    "range alone": {"range": [1, 2]},
+    "both": {"along": "p1.mass", "values": [1], "range": [1, 2]},
+    "order of the range": {"along": "p1.mass", "range": [2, 1]},
     "range in seconds": {"along": "p1.mass", "range": ["1 s", "2 s"]},
     "factor in kg": {"along": ["p1.mass", "p2.mass"], "range": ["1 kg", "2 kg"]},
-    "values in seconds": {"along": "p1.mass", "values": ["1 s"]}, "no values": {"along": "p1.mass", "values": []},
-    "not finite": {"along": "p1.mass", "values": [math.nan]}, "points": {"along": "p1.mass", "range": [1, 2], "points": 1},
-    "half points": {"along": "p1.mass", "range": [1, 2], "points": 2.5},
-    "spacing": {"along": "p1.mass", "range": [1, 2], "spacing": "lin"},
-    "log from 0": {"along": "p1.damping", "range": [0, 2], "spacing": "log"}, "angle 0": {"until_phi": 0},
-    "angle in kg": {"until_phi": "1 kg"}, "order": {"order": 3}, "inertia": {"inertia": "yes"}, "model": {"model": "both"},
-    "key": {"until_phy": 3}, "a mass below 0": {"along": "p1.mass", "values": [-1]},
+    "no values": {"along": "p1.mass", "values": []},
+    "points": {"along": "p1.mass", "range": [1, 2], "points": 1},
+    "log from 0": {"along": "p1.damping", "range": [0, 2], "spacing": "log"},
+    "angle 0": {"until_phi": 0},
+    "order": {"order": 3},
+    "a mass below 0": {"along": "p1.mass", "values": [-1]},
     "no damping": {"along": "p1.damping", "values": [0, 1], "inertia": False},
     "no drive": {"along": "drive.slope", "values": [0, 1]},
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_a_wrong_question(drum: Machine, case: str) -> None:
     """Before anything is computed."""
     check_refusal(f"approximation: {case}", lambda: ask(start=DRUM_START, **REFUSED[case]).prepare(drum))
-
-
-@pytest.mark.slow
-def test_a_machine_with_a_schedule_is_compared_without_an_order(study: Study) -> None:
-    """A schedule does not become slower with epsilon."""
-    machine = load_machine(
-        str(study("[study]", '[[machine.schedules]]\nparameter = "drum.mass"\npoints = [[0, 9], [1, 8]]\n[study]'))
-    )
-    result, summary = answer(machine, start=DRUM_START, until=1.0)
-    assert summary["order_of_error"] is None
-    assert summary["trusted"] is not True
-    assert summary["own"]["speed"] > 0
-    assert any("schedules" in w for w in result.wucht.warnings)
 
 
 def test_machines_without_slow_equations_are_refused() -> None:
@@ -145,14 +126,6 @@ def test_trusted(rotor: Machine) -> None:
     assert (largest <= result.speed_deviation.values * (1 + 1e-12)).all()
     assert result.attrs["finished"] == 1
     assert not result.wucht.warnings
-
-
-@pytest.mark.slow
-def test_units(drum: Machine) -> None:
-    result, _ = answer(drum, along="carrier.damping", values=[200.0, 300.0], start=DRUM_START, until=0.5, until_phi=20.0)
-    units = {n: result[n].attrs["units"] for n in ("value", "angle", "speed_deviation", "amplitude_deviation", "error")}
-    assert units == {"value": "N s/m", "angle": "rad", "speed_deviation": "rad/s", "amplitude_deviation": "m", "error": "rad/s"}
-    assert float(result.angle[-1]) == 20.0
 
 
 @pytest.mark.slow
@@ -205,16 +178,6 @@ def test_too_short_to_tell(rotor: Machine) -> None:
     assert "too short" in summary["reasons"][0]
 
 
-def test_the_order_of_the_error(rotor: Machine) -> None:
-    """That of the second order is smaller from the beginning."""
-    first, second = (measured(rotor, order=o) for o in (1, 2))
-    for order, error in ((1, first), (2, second)):
-        assert tuple(error.factors) == FACTORS
-        assert (np.diff(error.speed) < 0).all()
-        assert error.order == pytest.approx(order, abs=0.1)
-    assert (second.speed < 0.2 * first.speed).all()
-
-
 @pytest.mark.slow
 def test_the_order_of_a_shaken_machine_and_with_a_prescribed_speed_is_positive() -> None:
     """001, 2.1: at kappa times epsilon the shaking's torque must be kappa times as large too, or the problem is another one.
@@ -242,32 +205,36 @@ def test_no_order_where_the_rotor_does_not_turn_far_enough() -> None:
         measured(machine)
 
 
-# Comparisons, in words
+# Comparisons
 
 
-def with_epsilon(rotor: Machine, epsilon: float) -> Machine:
-    """At 0.01 of the article the models agree; their difference goes as epsilon."""
-    return rotor.with_values({"epsilon": epsilon})
+def test_the_order_of_the_error(rotor: Machine) -> None:
+    """It falls with epsilon to its power; that of the second order is smaller from the beginning."""
+    errors = list[np.ndarray]()
+    for order in (1, 2):
+        _, summary = answer(rotor, order=order, until=300.0)
+        errors.append(np.array([*summary["errors"].values()]))
+        assert [*map(float, summary["errors"])] == [*FACTORS] and (np.diff(errors[-1]) < 0).all()
+        assert summary["order_of_error"] == pytest.approx(order, abs=0.1) and summary["nominal_order"] == order
+    assert (errors[1] < 0.2 * errors[0]).all()
 
 
 @pytest.mark.parametrize(
     ("epsilon", "reasons"),
     [
-        (0.006, []), (0.0085, ["amplitudes"]), (0.01, ["amplitudes"]), (0.012, ["speeds of the rotor", "amplitudes"]),
-        (0.1, ["speeds of the rotor", "amplitudes"]),
+        (0.006, []),
+        (0.0085, ["amplitudes"]),
+        (0.01, ["amplitudes"]),
+        (0.012, ["speeds of the rotor", "amplitudes"]),
     ],
-)  # fmt: skip
+)
 def test_both_sides_of_what_is_trusted(rotor: Machine, epsilon: float, reasons: list[str]) -> None:
     """5 % of the largest speed, 25 % of the largest amplitude."""
-    result, summary = answer(with_epsilon(rotor, epsilon), until=400.0)
+    result, summary = answer(rotor.with_values({"epsilon": epsilon}), until=400.0)
     speed, amplitude = (float(result[f"relative_{of}_deviation"][-1]) for of in ("speed", "amplitude"))
     assert (speed > 0.05, amplitude > 0.25) == ("speeds of the rotor" in reasons, "amplitudes" in reasons)
-    shares = {"speeds of the rotor": speed, "amplitudes": amplitude}
-    told = [f"the {of} differ by {100 * shares[of]:{'.0f' if shares[of] >= 0.1 else '.2g'}} % of the largest" for of in reasons]
-    apart = ["the full equations end as passed, the averaged ones as captured"] if epsilon == 0.1 else []
-    assert (summary["trusted"], summary["reasons"]) == (not reasons, apart + told)
-    start = "full and averaged equations agree" if not reasons else "full and averaged equations do not agree"
-    assert result.attrs["sentence"].startswith(start)
+    told = [next(of for of in ("speeds of the rotor", "amplitudes") if of in reason) for reason in summary["reasons"]]
+    assert (summary["trusted"], told) == (not reasons, reasons)
 
 
 @pytest.fixture(scope="module")
@@ -292,69 +259,12 @@ def test_values_at_which_the_models_end_differently(along_epsilon: xr.Dataset) -
     assert list(s["errors"].values()) == result.error.values.tolist() and result.factor.values.tolist() == list(FACTORS)
     assert (s["along"], s["along_unit"], s["until_phi"], result.attrs["nominal"]) == ("epsilon", "", 100.0, 0.001)
     ends = np.diff(result.angle.values)
+    assert draw(result).axes and report(result)
     assert result.angle.values[[0, -1]].tolist() == [0.0, 100.0] and ends == pytest.approx(ends[0])
 
 
-def test_the_lines_of_the_report(along_epsilon: xr.Dataset) -> None:
-    s = along_epsilon.wucht.summary
-
-    def text(row: dict[str, Any]) -> str:
-        return f"speeds of the rotor differ by {row['speed']:.5g} at most, amplitudes by {row['amplitude']:.5g}; "
-
-    apart = "passed, averaged equations captured"
-    first, second, third = s["deviations"]
-    assert report(along_epsilon)[1:9] == [
-        f"verdict: {along_epsilon.attrs['sentence']}",
-        f"  this machine {text(s['own'])}both captured",
-        f"  order        the error falls with epsilon to the power {s['order_of_error']:.2f}",
-        "  along epsilon, up to 100 rad of the rotor's angle",
-        f"    0.002          {text(first)}both captured",
-        f"    0.05           {text(second)}{apart}",
-        f"    0.1            {text(third)}{apart}",
-        "  the models have different outcomes from 0.05 to 0.1",
-    ]
-
-
-def test_a_factor_of_several_parameters_has_lines_of_its_own(rotor: Machine) -> None:
-    result, summary = answer(rotor, along=["epsilon", "sigma"], values=[50.0], until=300.0)
-    assert summary["along"] == ["epsilon", "sigma"] and summary["deviations"][0]["factor"] == 50.0
-    lines = report(result)
-    (line,) = (number for number, line in enumerate(lines) if line.startswith("  along factor of epsilon and sigma, up to"))
-    assert lines[line + 1].startswith("    50             speeds of the rotor differ by ")
-    assert result.value.attrs["long_name"] == "factor of epsilon and sigma" and result.attrs["nominal"] == 1.0
-
-
-def test_each_line_of_the_figure(along_epsilon: xr.Dataset) -> None:
-    """The criteria are shares of the largest speed and amplitude, which are the deviations over their shares."""
-    result = along_epsilon
-    speed, amplitude, along, order = draw(result).axes
-    names = ["0.002", "0.05", "0.1", "nominal"]
-    for axis, of, share in ((speed, "speed", 0.05), (amplitude, "amplitude", 0.25)):
-        lines = axis.get_lines()
-        assert [str(x.get_label()) for x in lines[:4]] == names
-        for line, values in zip(lines, result[f"{of}_over_angle"].values, strict=False):
-            np.testing.assert_array_equal(line.get_ydata(), values)
-        limit = share * result[f"{of}_deviation"].values[-1] / result[f"relative_{of}_deviation"].values[-1]
-        assert lines[4].get_ydata()[0] == pytest.approx(limit) and axis.get_yscale() == "log"
-    points = {str(x.get_label()): x for x in along.get_lines()}
-    assert along.get_lines()[0].get_xydata() == pytest.approx(
-        np.column_stack([result.value.values[:3], result.speed_deviation.values[:3]])
-    )
-    for name, at in (("outcomes differ", [0.05, 0.1]), ("same outcome", [0.002])):
-        xs = np.asarray(points[name].get_xdata())
-        assert xs[np.isfinite(np.asarray(points[name].get_ydata(), float))].tolist() == at
-    assert (along.get_xscale(), along.get_yscale()) == ("log", "log")
-    own, nominal = order.get_lines()
-    assert own.get_ydata() == pytest.approx(result.error.values)
-    assert nominal.get_ydata() == pytest.approx(result.error.values[-1] * np.array([8.0, 4.0, 2.0, 1.0])), (
-        "through the smallest"
-    )
-
-
 def test_the_order_of_an_error_that_is_zero_is_infinite() -> None:
-    factors = np.array(FACTORS)
-    assert Errors(factors, np.array([1.0, 1.0, 1.0, 0.0]), 1.0).order == math.inf
-    assert Errors(factors, np.array([9.0, 9.0, 0.8, 0.1]), 1.0).order == pytest.approx(3.0)
+    assert Errors(np.array(FACTORS), np.array([1.0, 1.0, 1.0, 0.0]), 1.0).order == math.inf
 
 
 # Stopping and resuming
@@ -373,7 +283,7 @@ def stopping_in(part: float) -> Callable[[float, str], None]:
     return stop
 
 
-@pytest.mark.parametrize("done", [0, 1, 2, 3])
+@pytest.mark.parametrize("done", [0, 2])
 def test_ctrl_c_leaves_a_valid_result(rotor: Machine, done: int) -> None:
     result = run(ask(along="u", values=[1.0, 2.0], until=300.0), rotor, progress=stopping_in(done))
     summary = result.wucht.summary
@@ -389,18 +299,7 @@ def test_ctrl_c_leaves_a_valid_result(rotor: Machine, done: int) -> None:
     assert len(draw(result).axes) == 2 + (result.sizes["value"] > 1), "no panels of what is not there yet"
 
 
-def test_progress_goes_from_0_to_1_in_even_parts(rotor: Machine) -> None:
-    seen: list[float] = []
-    run(ask(along="u", values=[1.0, 2.0], until=300.0), rotor, progress=lambda share, _: seen.append(share))
-    assert {k / COUNT for k in range(COUNT)} <= set(seen)
-    assert seen[0] == 0.0
-    assert max(seen) == pytest.approx(1.0)
-    # Only the slow run of the error looks for its time by trial: it may begin anew, within its part.
-    inside = [s for s in seen if s < 1 - 1 / COUNT]
-    assert inside == sorted(inside)
-
-
-@pytest.mark.parametrize("part", [0.5, 1.5, 2.5, 3.5])
+@pytest.mark.parametrize("part", [1.5, 3.5])
 def test_resumed_it_is_the_uninterrupted_one(rotor: Machine, tmp_path: Path, part: float) -> None:
     """To the last bit, and what was compared or measured is not computed again."""
     question = ask(along="u", values=[1.0, 2.0], until=300.0)
@@ -418,19 +317,3 @@ def test_resumed_it_is_the_uninterrupted_one(rotor: Machine, tmp_path: Path, par
         assert np.array_equal(result[name], whole[name], equal_nan=whole[name].dtype.kind == "f"), name
     assert result.attrs["finished"] == 1
     assert "interrupted" not in result.attrs["warnings"]
-
-
-@pytest.mark.parametrize(
-    ("keys", "changes", "refusal"),
-    [
-        ({"until": 200.0}, {}, refused("--resume", "study.until", "100.0", "200.0", given=None, code="other-question")),
-        ({}, {"u": 1.5}, refused("--resume", "2.0", given=None, code="other-question")),
-    ],
-)
-def test_only_the_same_question_is_resumed(
-    rotor: Machine, tmp_path: Path, keys: dict[str, Any], changes: dict[str, float], refusal: Refusal
-) -> None:
-    asked = {"along": "u", "values": [1.0], "until": 100.0}
-    run(ask(**asked), rotor, folder=tmp_path, progress=stopping_in(1))
-    with refusal:
-        run(ask(**asked | keys), rotor.with_values(changes), folder=tmp_path, resume=True)

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from interrupting import assert_same, stopped_at_once
+from interrupting import assert_same
 from known_borders import machine, rail
 from wucht import Basin
 from wucht.studies.runner import draw, report, run
 
 TURN = [0.0, "360 deg"]
-QUESTION = Basin(axes={"b1": [*TURN, 17], "b2": [*TURN, 16]}, until=0.02, refine=1)  # 256 runs are a unit
+QUESTION = Basin(axes={"b1": [*TURN, 17], "b2": [*TURN, 16]}, until=0.002, refine=1)  # 256 runs are a unit
 
 
 def stop_beyond(share: float) -> Callable[[float, str], None]:
@@ -35,16 +35,15 @@ def whole() -> xr.Dataset:
 
 
 def test_resumed_is_uninterrupted(tmp_path: Path) -> None:
-    """Stopped in each unit of both levels."""
-    for share in (1 / 3, 2 / 3, 0.8, 0.9):
-        assert not run(QUESTION, rail(), folder=tmp_path, resume=True, progress=stop_beyond(share)).attrs["finished"]
-    assert_same(whole(), run(QUESTION, rail(), folder=tmp_path, resume=True))
-    assert not (tmp_path / "units").exists()
+    """Stopped in each unit of both levels: what is not computed is missing, what is complete is not run again."""
 
+    def stopped(share: float) -> xr.Dataset:
+        result = run(QUESTION, rail(), folder=tmp_path, resume=True, progress=stop_beyond(share))
+        assert not result.attrs["finished"] and report(result)
+        return result
 
-def test_cells_that_are_not_computed_are_missing_not_an_outcome(tmp_path: Path) -> None:
-    """After the first of two units of the coarsest map, which has two thirds of the work."""
-    result = run(QUESTION, rail(), folder=tmp_path, progress=stop_beyond(1 / 3))
+    # After the first of two units of the coarsest map, which has two thirds of the work.
+    result = stopped(1 / 3)
     known = result.outcome.values >= 0
     assert known.ravel()[:256].all() and not known.ravel()[256:].any()
     assert np.array_equal(result.outcome.values[known], whole().outcome.values[known])
@@ -52,32 +51,21 @@ def test_cells_that_are_not_computed_are_missing_not_an_outcome(tmp_path: Path) 
     s = result.wucht.summary
     assert s["missing"] == pytest.approx(16 / 272) and s["runs"] == 256
     assert sum(s["fractions"].values()) == pytest.approx(256 / 272)
-    assert result.wucht.warnings[0] == "16 of the 272 cells of the map are not computed; the shares are of all cells"
-    assert report(result)[1].endswith(", 5.88 % not computed yet")
-    legend = draw(result).axes[0].get_legend()
-    assert legend is not None and legend.get_texts()[-1].get_text() == "not computed"
-    reports: list[float] = []
-    assert_same(whole(), run(QUESTION, rail(), folder=tmp_path, resume=True, progress=lambda share, _: reports.append(share)))
-    assert reports[0] == pytest.approx(1 / 3), "what is complete is not run again"
-
-
-def test_stopped_at_the_borders_the_map_has_what_is_known(tmp_path: Path) -> None:
-    """Before the first unit of the finer level; then on it: what was not halved stands, what was to be run is missing."""
-    result = run(QUESTION, rail(), folder=tmp_path, progress=stop_beyond(2 / 3))
+    assert result.wucht.warnings[0].startswith("16 of the 272 cells of the map are not computed")
+    # Before the first unit of the finer level; then on it: what was not halved stands, what was to be run is missing.
+    result = stopped(2 / 3)
     assert result.wucht.warnings[0] == "the borders are refined 0 of 1 times" and "refined_level" not in result
     assert np.array_equal(result.outcome.values, whole().outcome.values)
-    result = run(QUESTION, rail(), folder=tmp_path, resume=True, progress=stop_beyond(0.9))
+    result = stopped(0.9)
+    assert draw(result).axes
     refined, levels = result.refined_outcome.values, result.refined_level.values
     assert 0 < (refined < 0).sum() < refined.size / 2 and np.array_equal(refined < 0, levels < 0)
     assert np.array_equal(refined[refined >= 0], whole().refined_outcome.values[refined >= 0])
     assert np.array_equal(result.outcome.values, whole().outcome.values)
     assert not any("refined" in w for w in result.wucht.warnings + whole().wucht.warnings)
-    draw(result)
-    report(result)
-
-
-def test_stopped_before_the_first_tile(tmp_path: Path) -> None:
-    assert_same(whole(), stopped_at_once(QUESTION, rail(), tmp_path, call=1))
+    reports: list[float] = []
+    assert_same(whole(), run(QUESTION, rail(), folder=tmp_path, resume=True, progress=lambda share, _: reports.append(share)))
+    assert reports[0] == pytest.approx(1 / 3) and not (tmp_path / "units").exists()
 
 
 def test_each_level_has_its_share_of_the_work() -> None:

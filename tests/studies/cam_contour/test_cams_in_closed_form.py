@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from wucht import CamContour, report, run
+from wucht import CamContour, run
 
 pytestmark = pytest.mark.usefixtures("coarse_angles")
 
@@ -41,24 +41,6 @@ def rod(pressure_angle: float, **asked: Any) -> xr.Dataset:
     return cam(
         given.ROD | {"offset": 0.0, "distance": A / math.sin(pressure_angle * DEG), "roller_radius": "2 mm"}, [-A], **asked
     )
-
-
-def test_every_line_of_the_circle_and_its_contact() -> None:
-    result = face(60.0)
-    phi, count = np.linspace(0.0, math.pi, 20_001), result.sizes["mill_point"]
-    force = 60 + INERTIA_FORCE * np.cos(phi)
-    torque = force * A * np.sin(phi)
-    pressure = math.sqrt((60 + INERTIA_FORCE) / (math.pi * WIDTH) / D / COMPLIANCE)
-    lines = report(result)
-    assert lines[2] == "  cam          base circle 30 mm, largest radius 50 mm", "a flat face has no pressure angle"
-    assert lines[3].startswith("               convex radius at least 40 mm at ") and lines[3].endswith("; hollow none")
-    assert lines[4:6] == [
-        "  contact      at most 61.6 N at 0°, at 191 rpm", f"  Hertz        at most {pressure / 1e6:.4g} MPa at 0°"
-    ]  # fmt: skip
-    assert lines[6].startswith(f"  camshaft     torque at most {torque.max():.4g} N·m at 88."), "of angles 0.7 degrees apart"
-    assert lines[7] == "  preload      at least 1.6 N to keep contact over the whole turn"
-    assert lines[8] == f"  to mill      {count} points, chords within 50 µm, 5 decimals in mm"
-    assert lines[1].startswith("verdict: cuttable: least convex radius 40 mm at ")
 
 
 def test_the_largest_of_the_contact_is_not_that_of_the_angles_that_are_shown() -> None:
@@ -90,18 +72,6 @@ def test_limits_on_both_sides(key: str, limit: float, beyond: float, clause: str
     assert kept["outcome"] == "cuttable" and "permitted" not in kept["sentence"]
     assert broken["outcome"] == "not-permitted"
     assert broken["sentence"].startswith(f"cuttable, but outside the permitted limits: {clause}")
-
-
-def test_limits_are_variables_and_those_not_given_are_not_numbers() -> None:
-    permitted = {"pressure_angle": "40 deg", "least_radius": "1 mm"}
-    result = rod(20.0, permitted=permitted, wheel_radius="75 mm")
-    assert float(result.permitted_pressure_angle) == pytest.approx(40 * DEG) and float(result.permitted_radius) == 0.001
-    assert float(result.wheel_radius) == pytest.approx(0.075) and float(result.common_pressure_angle) == pytest.approx(30 * DEG)
-    assert np.isnan([float(result[name]) for name in ("permitted_contact_pressure", "pivot", "face_at")]).all()
-    assert result.roller_radius.values.tolist() == [0.002] and float(result.rod_offset) == 0.0
-    assert np.isnan(rod(20.0).permitted_radius) and np.isnan(face().roller_radius).all()
-    assert [result.wucht.summary[key] for key in ("contact", "min_transmission_angle", "speed")] == [None] * 3
-    assert np.isnan(result.contact_force.values).all() and np.isnan(result.transmission_angle.values).all()
 
 
 def test_a_large_pressure_angle_is_told_where_none_is_permitted() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import cam_files_to_study as given
 import numpy as np
@@ -86,58 +85,6 @@ def template() -> str:
     text = studies()["cam-contour"].template
     assert text is not None
     return text
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("no_figures")
-def test_the_template_runs(wucht: Any, here: Path) -> None:
-    assert wucht("new", "cam-contour", "cam.toml").code == 0
-    answer = wucht("run", "cam.toml", "-o", "out", "--json")
-    assert answer.code == 0, answer.err
-    s = answer.document["summary"]
-    assert s["outcome"] == "cuttable"
-    assert s["max_pressure_angle"] < math.radians(45)
-    assert s["undercut"] is False
-    assert s["min_curvature_radius"] == pytest.approx(0.0250644503622)
-    assert {p.name for p in Path("out").iterdir()} == {"result.nc", "cam-contour.png", "summary.json"}
-    assert not wucht("plot", "out/result.nc", "--format", "svg").code
-
-
-@pytest.mark.slow
-def test_every_commented_key_of_the_template_is_known(here: Path) -> None:
-    text = template()
-    for key in ("counter", "points", "chord_tolerance", "spacing", "decimals", "wheel_radius", "smallest", "clockwise"):
-        assert f"# {key} =" in text
-        text = text.replace(f"# {key} =", f"{key} =", 1)
-    begin = text.index("# [linkage]")
-    text = text[:begin] + "\n".join(line.removeprefix("# ") for line in text[begin:].splitlines())
-    (here / "all.toml").write_text(text.replace('wheel_radius = "75 mm"', 'wheel_radius = "40 mm"'), encoding="utf-8")
-    result = run_file("all.toml", {"law.restrictions.1.equals": "10 deg"})
-    assert result.cam.values.tolist() == ["cam", "counter"]
-    assert result.wucht.summary["clockwise"] is True
-    assert result.wucht.summary["min_transmission_angle"] > 0
-
-
-@pytest.mark.parametrize(
-    ("settings", "says"),
-    [
-        # By run() in test_cam_contour.py: the two that are found when the contour is there.
-        pytest.param(
-            ("follower.roller_radius=40 mm",),
-            ("follower.roller_radius", "the roller would cut the contour away", "35.064 mm"),
-            marks=pytest.mark.slow,
-        ),
-        (("study.permitted.least_radiu=1",), ("study.permitted.least_radiu", "did you mean 'least_radius'?")),
-        (("study.chord_tolerance=1 s",), ("study.chord_tolerance", "must be a chord tolerance")),
-        (("study.contact.width=-1 mm",), ("study.contact.width", "must be a width of the contact greater than 0 m")),
-        (("study.decimals=13",), ("study.decimals", "a whole number from 0 to 12")),
-        pytest.param(("study.wheel_radius=300 mm",), ("study.wheel_radius", "less than 204.381 mm"), marks=pytest.mark.slow),
-        (("study.smallest=both",), ("study.smallest", "'base' or 'blank'")),
-    ],
-)
-def test_bad_files_on_the_command_line(refused: Any, here: Path, settings: tuple[str, ...], says: tuple[str, ...]) -> None:
-    Path("cam.toml").write_text(template(), encoding="utf-8")
-    refused("run", "cam.toml", "--set", *settings, says=("cam.toml: ", *says))
 
 
 def test_pressure_needs_a_width(here: Path) -> None:

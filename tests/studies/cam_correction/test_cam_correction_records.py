@@ -8,13 +8,17 @@ import pytest
 from known_cam import LAW, SHAFT, ZERO, write
 from tests.refusals import check_refusal, refused
 
-from wucht import InputError, run_file
+import wucht
+from wucht import CamCorrection, InputError, run_file
 from wucht.cams.correction import CorrectedLaw, MotionOverTime, orders, share_above_order
+from wucht.cams.drive import cam_drive_from
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.numerics.fourier_series import FourierSeries
 
 pytestmark = pytest.mark.usefixtures("coarse_angles")
 
+LAW_TABLE = {"kind": "harmonic", "coefficients": {"mean": LAW.mean, "cosine": [*LAW.cosine], "sine": [*LAW.sine]}}
+SPEED = {"mean": SHAFT.mean, "cosine": [*SHAFT.speed.cosine], "sine": [*SHAFT.speed.sine]}
 FILE = f"""
 [study]
 kind = "cam-correction"
@@ -238,20 +242,77 @@ def test_an_order_that_a_record_holds_is_warned_of_where_it_is_significant_and_m
     assert [w.split(" of the speed")[0] for w in warnings] == ["Order 3 is left out, but the record holds 0.11 %"] * told
 
 
-@pytest.mark.slow
-def test_a_changed_record_of_the_acceleration_is_another_question(tmp_path):
-    """It is told by its name; unchanged, the finished answer is read back."""
-    record, file = tmp_path / "acc.csv", tmp_path / "cam.toml"
-    t = np.linspace(0, 0.5, 800)
-    rows = [f"{x:.6f}, {y:.6f}" for x, y in zip(t, np.cos(500 * math.pi / 30 * t), strict=True)]
-    record.write_text("time [s], acceleration [rad/s^2]\n" + "\n".join(rows) + "\n")
-    tables = "[law]\nkind = 'harmonic'\ncoefficients = { cosine = ['5 deg', '1 deg'] }\n[speed]\nmean = '500 rpm'\n"
-    file.write_text(
-        f"[study]\nkind = 'cam-correction'\nacceleration = {{ file = 'acc.csv', column = 'acceleration' }}\n{tables}"
-    )
-    first = run_file(file, folder=tmp_path / "out")
-    again = run_file(file, folder=tmp_path / "out", resume=True)
-    assert again.attrs["elapsed_s"] == first.attrs["elapsed_s"]
-    record.write_text(record.read_text().replace("1.000000\n", "1.000001\n", 1))
-    with refused("--resume", "acc.csv", code="other-question"):
-        run_file(file, folder=tmp_path / "out", resume=True)
+COUNTER = {"arm": 0.07, "roller_radius": 0.01, "angle": "110 deg"}
+LEVER = {"kind": "oscillating-roller", "pivot": 0.12, "arm": 0.07, "roller_radius": 0.01, "angle": "-135 deg"}
+
+
+def test_two_cams_with_a_measured_acceleration_and_its_samples_are_drawn(tmp_path):
+    write(tmp_path / "record.csv", noise=0.05)
+    speed = {"file": "record.csv", "column": "speed", "orders": [2, 3, 4, 5], "index": "index"}
+    tables = {"law": LAW_TABLE, "follower": LEVER | {"counter": COUNTER}, "speed": speed}
+    given = {"file": "record.csv", "column": "acceleration", "zero": ZERO}
+    whole = wucht.run(CamCorrection(points=36, acceleration=given), cam_drive_from(tables, "Two cams", tmp_path))
+    assert whole.wucht.summary["record"]["explained"] > 0.999 and wucht.report(whole)
+    time, spectrum = wucht.draw(whole).axes[-2:]
+    assert spectrum.get_yscale() == "log"
+    assert min(bar.get_y() + bar.get_height() for bar in spectrum.patches) > spectrum.get_ylim()[0]
+    dots = time.get_lines()[0]
+    assert len(dots.get_xdata()) == whole.sizes["sample"] == 3000
+    assert 0 <= dots.get_xdata().min() < dots.get_xdata().max() <= time.get_xlim()[1]
+    # Noise of 50 rad/s^2 beside the orders that were fitted to all of the record.
+    fitted = np.interp(dots.get_xdata(), 1e3 * whole.time.values, whole.measured_acceleration.values)
+    assert np.std(dots.get_ydata() - fitted) == pytest.approx(50, rel=0.15)
+
+
+def test_orders_of_a_record_that_are_left_out_are_told_with_what_they_leave(tmp_path):
+    write(tmp_path / "record.csv", noise=0.05)
+    speed = {"file": "record.csv", "column": "speed", "orders": [2, 4, 5], "index": "index"}
+    result = wucht.run(CamCorrection(points=36), cam_drive_from({"law": LAW_TABLE, "speed": speed}, "Three missing", tmp_path))
+    record = result.wucht.summary["record"]
+    three = record["left_out"][0]
+    assert three["order"] == 3
+    assert three["amplitude"] == pytest.approx(SHAFT.speed.amplitudes[2], rel=0.02)
+    assert three["share"] == pytest.approx(0.28, rel=0.1)  # as a known order 3 leaves that is not corrected for
+    assert record["left_by_left_out"] == pytest.approx(three["share"], rel=0.01)
+    assert record["left_by_errors"] < 0.1 * three["share"]
+    assert float(result.left_out_amplitude.sel(left_out_order=3)) == three["amplitude"]
+    errors = np.hypot(result.speed_cosine_error, result.speed_sine_error)
+    assert (result.speed_error <= errors)[[1, 3, 4]].all()
+    assert np.isnan(result.speed_cosine_error[2])
+    assert wucht.report(result) and wucht.draw(result).axes
+
+
+def acceleration(folder, **asked):
+    """A report beside a record of the acceleration with its zero at ZERO."""
+    write(folder / "record.csv", noise=0.05)
+    drive = cam_drive_from({"law": LAW_TABLE, "speed": SPEED}, "Measured", folder)
+    given = {"file": "record.csv", "column": "acceleration", "zero": ZERO, **asked}
+    return wucht.run(CamCorrection(points=36, acceleration=given), drive)
+
+
+@pytest.mark.parametrize(("sign", "word"), [(1, "later"), (-1, "earlier")])
+def test_a_delay_is_told_and_taken_out(tmp_path, sign, word):
+    late = sign * 5 / 360 * 2 * np.pi / SHAFT.mean
+    result = acceleration(tmp_path, zero=ZERO - late)
+    m = result.wucht.summary["measured"]
+    assert m["explained"] < 0.95
+    assert m["explained_without_delay"] > 0.999
+    assert np.degrees(m["delay"]) == pytest.approx(5 * sign, abs=0.1)
+    assert wucht.report(result)
+    (said,) = (w for w in result.wucht.warnings if f"{word} than" in w)
+    better = acceleration(tmp_path, zero=said.split('zero = "')[1].split('"')[0])
+    assert better.wucht.summary["measured"]["explained"] > 0.999
+    assert better.wucht.summary["measured"]["delay"] is None
+
+
+def test_too_few_orders_are_told_and_hide_no_misfit(tmp_path):
+    result = acceleration(tmp_path, orders=3)
+    m = result.wucht.summary["measured"]
+    assert m["explained_orders"] > 0.98
+    assert m["explained"] < 0.55
+    assert m["noise_rms"] > 1000
+    assert m["delay"] is None  # what there is of one comes of the speed, which is not well known
+    (said,) = (w for w in result.wucht.warnings if w.startswith("Only 3 orders are fitted"))
+    enough = int(said.split("orders = ")[1].rstrip("."))
+    assert 5 < enough < 15
+    assert not any("orders are fitted" in w for w in acceleration(tmp_path, orders=enough).wucht.warnings)

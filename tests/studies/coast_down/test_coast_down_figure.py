@@ -6,28 +6,14 @@ import math
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from wucht import CoastDown, draw, load_machine, run
 
 FIGURE_7 = "sperling-vibration/figure-7"
 
 
-@pytest.fixture(scope="module")
-def coasted() -> xr.Dataset:
-    start = {"disc": {"angle": math.pi / 2, "speed": 1.0}, "s1": 0.0, "s2": 0.0}
-    return run(CoastDown(until=300.0, start=start), load_machine(FIGURE_7))
-
-
 def _labels(axis: object) -> list[str]:
     return [t.get_text() for t in axis.get_legend().get_texts()]  # type: ignore[attr-defined]
-
-
-def test_a_coast_down_on_a_fixed_axis_has_one_panel(coasted: xr.Dataset) -> None:
-    (speed,) = draw(coasted).axes
-    assert speed.get_ylabel() == "speed of the rotor (rad/s)"
-    assert speed.get_xlabel() == "time (s)"
-    assert "turns back" in _labels(speed)
 
 
 def test_the_oscillation_after_the_reversal_is_a_band_and_no_dark_block() -> None:
@@ -44,13 +30,6 @@ def test_the_oscillation_after_the_reversal_is_a_band_and_no_dark_block() -> Non
     corners = band.get_paths()[0].vertices
     speed = result.speed.values[result.time.values > 1.1 * begin]
     assert np.ptp(corners[corners[:, 0] > 1.1 * begin, 1]) == pytest.approx(np.ptp(speed), rel=0.1)
-
-
-def test_a_coast_down_on_a_carrier_has_two() -> None:
-    result = run(CoastDown(until=100.0), load_machine("drozdetskaya-2020/table-3.1-laval"))
-    speed, amplitude = draw(result).axes
-    assert amplitude.get_ylabel() == "amplitude of the axis"
-    assert "natural frequency" in _labels(speed)
 
 
 def test_every_rotor_has_its_mean_speed_and_the_range_no_gaps() -> None:

@@ -34,8 +34,9 @@ def _exciters() -> Machine:
 # --- runs from the start ---
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-@pytest.mark.parametrize(("share", "entrained"), [(0.99, True), (1 + 1e-4, False), (1 + 4e-4, False), (1.01, False)])
+@pytest.mark.parametrize(
+    ("share", "entrained", "sign"), [(0.99, True, 1.0), (1 + 1e-4, False, 1.0), (1 + 1e-4, False, -1.0), (1.01, False, 1.0)]
+)
 def test_a_run_beyond_the_fold_is_not_entrained(share: float, entrained: bool, sign: float) -> None:
     """It lasts for 320 s: at 1 + 1e-4 times the fold the phase takes 1300 s for a turn, most of it where it would rest."""
     runs = RunsFromStart(Entrainment.from_table({"start": START, "until": 10.0, "range": [-0.4, 0.4]}).prepare(_exciters()))
@@ -50,11 +51,6 @@ def _beyond(**table: Any) -> float:
     assert (least, most) == pytest.approx((-FOLD, FOLD), abs=5e-6)
     assert (low, high) == pytest.approx((-FOLD, FOLD), rel=5e-3)
     return float(max(least - low, high - most))
-
-
-@pytest.mark.slow
-def test_short_runs_do_not_widen_the_band_of_existence() -> None:
-    assert _beyond(until=20.0, resolution=1e-6) <= 1e-6
 
 
 @pytest.mark.slow
@@ -86,10 +82,7 @@ def _samples(end: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("slow", [0.3, 0.05])
-@pytest.mark.parametrize(
-    ("beyond", "share"),
-    [(1e-2, 0.6), (1e-2, 0.7), (1e-2, 0.9), (1e-3, 0.6), (1e-3, 0.9), (1e-4, 0.8), (1e-4, 0.9), (1e-5, 0.9)],
-)
+@pytest.mark.parametrize(("beyond", "share"), [(1e-2, 0.6), (1e-2, 0.9), (1e-4, 0.8), (1e-5, 0.9)])
 def test_a_phase_that_creeps_past_the_bottleneck_is_not_locked(beyond: float, share: float, slow: float) -> None:
     """phi' = slow (a - sin phi), a = 1 + beyond, from 0 on for such a share of a period: beyond pi/2, where it is slowest.
 

@@ -46,6 +46,6 @@ def test_the_known_slope_is_met() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", KNOWN)
-def test_ten_seeds_each(path: str) -> None:
-    for seed in range(1, 11):
+def test_four_seeds_each(path: str) -> None:
+    for seed in range(1, 5):
         is_the_known_design(path, seed)
