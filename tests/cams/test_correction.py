@@ -190,3 +190,11 @@ def test_a_delay_counts_where_it_explains_most_of_the_record() -> None:
     assert measured(0.5, 1 - math.sqrt(0.495)).delay is not None and measured(0.5, 1 - math.sqrt(0.505)).delay is None
     assert measured(0.5, noise=math.sqrt(0.49)).delay is not None and measured(0.5, noise=math.sqrt(0.51)).delay is None
     assert measured(noise=math.sqrt(0.5)).share_of_record(0.8) == pytest.approx(0.4)
+
+
+def test_a_record_without_orders_is_no_acceleration():
+    for mean in (0.0, -9.81):
+        with refused("acceleration", code="constant"):
+            orders_beside(FourierSeries(mean, np.full(15, 1e-14 * mean), np.zeros(15)), LAW, shaft())
+    with refused("acceleration", code="no-orders"):
+        orders_beside(FourierSeries.of(1.0), LAW, shaft())

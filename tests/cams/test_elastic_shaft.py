@@ -104,3 +104,9 @@ def test_a_flywheel_may_be_fast_for_a_while_if_it_never_stands_still():
     assert found.speed.bounds == pytest.approx(np.array(uneven.derivative().bounds) * OMEGA + OMEGA, rel=1e-3)
     with refused("drive", given=None):
         SHAFT.periodic_motion(OriginalCam(LAW, 0.0), mirrored, OMEGA)
+
+
+def test_a_speed_and_points_that_are_none_are_refused():
+    for omega, points, key in ((0.0, 64, "omega"), (math.nan, 64, "omega"), (OMEGA, 63, "points"), (OMEGA, 6, "points")):
+        with refused(key):
+            SHAFT.periodic_motion(OriginalCam(LAW, J), DRIVE, omega, points)

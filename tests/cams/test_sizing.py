@@ -189,6 +189,7 @@ def test_the_roller_goes_out_where_the_lever_is_on_the_far_side_as_its_law_begin
     follower = OscillatingRoller(pivot=0.11, arm=ARM, roller_radius=ROLLER, angle=angle)
     found = follower.smallest_cam(law, CamLimits(pressure_angle=0.5), "base")
     assert (np.sin(found.follower.angle + law(PHI)) * (-1 if outward else 1) > 0).all()
+    assert follower.smallest_cam(law, CamLimits(least_radius=0.003), "base") is None
 
 
 def test_a_cam_that_cannot_be_sized_is_refused():

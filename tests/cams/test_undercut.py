@@ -186,3 +186,15 @@ def test_arcs_may_pass_the_end_of_a_turn() -> None:
     at = np.radians([0.0, 9.0, -9.0, 95.0, 11.0, 349.0, 101.0])
     assert is_on_arcs(arcs, at).tolist() == [True, True, True, True, False, False, False]
     assert not is_on_arcs((), at).any()
+
+
+def test_the_sentence_names_a_wheel_that_will_do():
+    """To five digits: the next larger number will not do any more."""
+    cam = waisted(0.01)
+    with refused("wheel_radius", "90 deg", "0.011333 m", given=1.0) as error:
+        cam.check_wheel(1.0)
+    assert error.value.location == "wheel_radius"
+    told = float(re.search(r"at most (\S+) m", str(error.value)).group(1))
+    cam.check_wheel(told)
+    with pytest.raises(InputError):
+        cam.check_wheel(told * 1.0002)

@@ -138,3 +138,9 @@ def test_keys_have_as_many_parts_as_tables_may_be_nested(tmp_path: Path, part: s
     with refusals.refused(part, str(DEEPEST), given=None, file="study.toml"):
         read_toml(file)
     assert time.process_time() - begin < 0.3, "tomllib takes 10 s"
+
+
+def test_a_value_in_the_title_is_replaced_and_others_are_added() -> None:
+    name = "drozdetskaya-2020/figure-5.14"
+    assert load_machine(name, {"u": 5.0}).title == "Figure 5.14: u = 5 (changed from 2.5)"
+    assert load_machine(name, {"mu": 0.2}).title == "Figure 5.14: u = 2.5 (changed: mu = 0.2)"

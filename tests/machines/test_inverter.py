@@ -132,3 +132,9 @@ def test_torque_balance_holds_the_set_speed_or_hangs_at_the_limit() -> None:
     assert 45 < tight[0]["speed"] < 50 < tight[1]["speed"] < tight[2]["speed"] == SET
     assert low[-1]["speed"] < 80.0 + 1e-6
     assert low[-1]["torque"] == pytest.approx(0.8, rel=1e-9)
+
+
+def test_the_line_through_its_working_point_is_upright() -> None:
+    motor = machine_from(FIXED).drives[0]
+    assert motor.linearisation(SET) == (math.inf, SET) and motor.linearisation(10.0) == (0.0, math.inf)
+    assert motor.no_load_path() == "drive.set_speed"

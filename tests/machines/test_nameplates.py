@@ -237,6 +237,12 @@ def test_what_no_dc_motor_has_is_refused(changes, refusal):
         DCSeparate(nameplate={k: v for k, v in (RE40 | changes).items() if v is not None})
 
 
+def test_a_measured_resistance_beside_the_nameplate_is_taken():
+    made = Induction(nameplate=CAGE, stator_resistance="2 ohm", voltage="200 V", frequency="25 Hz")
+    assert (made.stator_resistance, made.voltage, made.frequency, made.rated_frequency) == (2.0, 200.0, 25.0, 50.0)
+    assert Induction(nameplate=CAGE, stator_resistance=2).torque_at(1435 * math.pi / 30) == pytest.approx(26.618, abs=1e-3)
+
+
 def test_what_contradicts_itself_is_told():
     doubts = Induction(nameplate=CAGE | {"current": "5 A"}).doubts()
     assert any("input power by current 2806 W for 4619 W (-39 %)" in d for d in doubts)

@@ -304,3 +304,28 @@ def test_over_an_angle_all_rates_are_divided_by_its_speed():
     assert number(changed.output("power").expression, changed, at) == pytest.approx(0.84 * 0.6)
     assert number(changed.output("work").expression, changed, at) == pytest.approx(2.0 / speed)
     assert number(changed.output("time").expression, changed, at) == pytest.approx(1 / speed)
+
+
+def test_changes_of_variables_refuse_what_has_no_meaning():
+    with rejected("no-state"):
+        with_angle_as_time(VAN_DER_POL, phi)
+    with rejected("time-dependent", "t"):
+        with_angle_as_time(System((phi, x), (1 + x, sp.cos(TIME))), phi)
+    with rejected("does-not-turn"):
+        with_angle_as_time(System((phi, x), (sp.S.Zero, x)), phi)
+    with rejected("no-state", "r"):
+        with_amplitude_and_phase(VAN_DER_POL, r, v, sp.S.One, r, psi)
+    with rejected("frequency-varies", "r"):
+        with_amplitude_and_phase(VAN_DER_POL, x, v, r, r, psi)
+    with rejected("name-taken", "x"):
+        with_amplitude_and_phase(VAN_DER_POL, x, v, sp.S.One, x, psi)
+    with rejected("state-twice", "x"):
+        with_amplitude_and_phase(VAN_DER_POL, x, x, sp.S.One, r, psi)
+    turning = System((phi, x), (1 + x**2, epsilon * x), (epsilon,), quadratures=(Output("time", x),))
+    with rejected("output-taken", "time"):
+        with_angle_as_time(turning, phi)
+
+
+def test_all_is_small_where_no_epsilon_is_written():
+    averaging = averaged(System((x,), (sp.Rational(1, 100) * sp.sin(TIME) ** 2 * x,)))
+    assert averaging.system.derivatives == (x / 200,)

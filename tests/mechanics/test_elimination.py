@@ -97,3 +97,11 @@ def test_response_of_coupled_coordinates(size: int) -> None:
         values = numbers(lines, *(x for p in z for x in (p.re, p.im)))
         amplitudes = np.array(values[::2]) + 1j * np.array(values[1::2])
         assert np.abs(amplitudes - np.linalg.solve(dynamic, force)).max() < 1e-10
+
+
+def test_an_undamped_coordinate_has_a_real_response() -> None:
+    lines = Lines()
+    response = HarmonicResponse(sp.Matrix([[2.0]]), sp.Matrix([[0]]), sp.Matrix([[5.0]]), sp.Float(3.0), ["x"], lines)
+    (z,) = response([Phasor(sp.S.One)], "z")
+    assert z.im == 0
+    assert numbers(lines, z.re) == pytest.approx([1 / (5 - 9 * 2)])

@@ -91,3 +91,13 @@ def test_outputs_and_quadratures():
 def test_refusals(force, refusal):
     with refusal:
         separated(System((x, v), (v, force), (k, a)), [x], k)
+
+
+def test_a_system_that_is_not_of_second_order_is_refused():
+    with rejected("no-state", "y"):
+        separated(PENDULUM, [y], k)
+    with rejected("other-states"):
+        separated(System((x, v), (-v, sp.cos(k * TIME)), (k,)), [x], k)
+    given = System((x, v), (v, k * sp.cos(k * TIME)), (k,), quadratures=(Output("Q", x, jump=v),))
+    with rejected("jumps", "Q", "k", "t"):
+        separated(given, [x], k)

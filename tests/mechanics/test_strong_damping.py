@@ -115,3 +115,9 @@ def test_jumps_of_quadratures_know_definitions_and_damped_states():
     turning = System((x, y), (epsilon * x, -y + sp.cos(TIME)), (epsilon,), quadratures=(Output("Q", y, jump=y),))
     with rejected("jumps", "Q", "t"):
         strongly_damped(turning, [y], epsilon)
+
+
+def test_which_states_are_damped_must_be_told():
+    for damped in ([], [x, y], [z]):
+        with rejected("damped-states"):
+            strongly_damped(FORCED, damped, epsilon)

@@ -60,3 +60,8 @@ def test_a_counter_arm_that_comes_into_line_is_refused(end):
     assert error.value.location == "follower.counter.angle"
     worst = LAW.stationary()[np.argmin(LAW(LAW.stationary())) if end == "lowest" else np.argmax(LAW(LAW.stationary()))]
     assert f"at a cam angle of {math.degrees(worst):.4g} deg" in str(error.value)
+
+
+def test_two_pivots_are_refused():
+    with refused("follower.counter.pivot", "0.11 m", given=0.12):
+        conjugate_cams(LAW, FOLLOWER, OscillatingRoller(pivot=0.12, arm=0.08, roller_radius=0.01, angle=math.radians(122)))

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.refusals import refused
+from tests.refusals import failed, refused
 
 import wucht
 from wucht.cams.correction import Purity
@@ -176,3 +176,19 @@ def test_a_disturbance_decays_by_the_slope_of_the_torque() -> None:
     assert still.energy_multiplier(SERIES, shaft) == pytest.approx(math.exp(-202 * 2 * math.pi / 50 / J0))
     assert camshaft().energy_multiplier(SERIES, shaft) == 1.0
     assert math.isnan(camshaft(drive={"kind": "constant-speed", "speed": 50.0}).energy_multiplier(SERIES, shaft))
+
+
+def test_a_motion_that_ends_at_standstill_is_a_sentence() -> None:
+    """The shaft creeps where 150 N m of friction, smooth about standstill, hold 10 N m of the drive."""
+    driven = camshaft(drive=FALLING, loads=[{"kind": "coulomb", "torque": "150 N m"}])
+    assert driven.driving is not None
+
+    def torques(v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return np.array([10.0 + 0 * v, 150 * np.tanh(v / 0.1)]), np.zeros((2, len(v)))
+
+    def torque(v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return 10 - 150 * np.tanh(v / 0.1), -1500 / np.cosh(v / 0.1) ** 2
+
+    creeping = replace(driven, driving=replace(driven.driving, torques=torques), shaft=CamShaft(J0, J1, 0.007, torque))
+    with failed("stands", "0.00668 rad/s", "10 N", "m"):
+        creeping.motion(False)

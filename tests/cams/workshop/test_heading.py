@@ -29,6 +29,8 @@ def test_the_lines_are_plain_and_say_which_cam_it_is():
     alone = replace(CORRECTED, is_corrected=False, shaft=None)
     assert (alone.cam_version, alone.entries["speed"]) == ("", "not stated")
     assert alone.entries["cam"] == "for a shaft that turns evenly"
+    even = ShaftMotion(FourierSeries.of(52.36, [0.0]))
+    assert replace(CORRECTED, shaft=even).entries["speed"] == "500.001 rpm, constant"
     assert replace(CORRECTED, title="∞").entries["title"] == "?"
 
 
