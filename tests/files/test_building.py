@@ -1,7 +1,6 @@
 """Parameters set by path before the machine is built, down into tables, lists and pairs, and refused otherwise."""
 
 import pytest
-from tests.refusals import refused
 
 from wucht.files.building import machine_from
 
@@ -80,36 +79,3 @@ def test_a_table_that_a_part_may_have_is_made(document, given):
     whole = machine_from(document | {"set": {f"{part}.{key}": values}})
     assert set_in(document, **{f"{part}.{key}.{k}": v for k, v in values.items()}).values == whole.values
     assert whole.values.keys() > machine_from(document).values.keys()
-
-
-@pytest.mark.parametrize(
-    ("path", "value", "refusal"),
-    [
-        (
-            "carrier.mounts.3.stiffness.x",
-            1.0,
-            refused("machine.set.carrier.mounts.3.stiffness.x", given=1.0, code="unknown-parameter"),
-        ),
-        (
-            "carrier.mounts.1.stifness.x",
-            1.0,
-            refused("machine.set.carrier.mounts.1.stifness.x", "stiffness", given=1.0, code="unknown-parameter"),
-        ),
-        ("lefd.mass", 1.0, refused("machine.set.lefd.mass", "left", given=1.0, code="unknown-parameter")),
-        ("drive.slope.x", 1.0, refused("machine.set.drive.slope.x", given=1.0, code="pair")),
-        (
-            "tracks.u.contact_frequency",
-            1.0,
-            refused("machine.set.tracks.u.contact_frequency", given=1.0, code="unknown-parameter"),
-        ),
-        ("study.until", 1.0, refused("machine.set.study.until", given=1.0, code="study-key")),
-        (
-            "drive.transmission.ratoi",
-            2.0,
-            refused("machine.set.drive.transmission.ratoi", "ratio", given=2.0, code="unknown-parameter"),
-        ),
-    ],
-)
-def test_paths_that_lead_nowhere_are_refused(path, value, refusal):
-    with refusal:
-        set_in(SCREEN, **{path: value})

@@ -5,26 +5,8 @@ from pathlib import Path
 import pytest
 from tests.refusals import refused
 
-from wucht.files.catalogue import FOLDER, load_machine, names, nearest_names
+from wucht.files.catalogue import FOLDER, load_machine
 from wucht.studies.study_file import read_study
-
-
-@pytest.mark.parametrize(
-    ("name", "clause"),
-    [
-        ("practice/nothing", ""),
-        ("../../etc/passwd", ""),
-        ("laundri", "did you mean 'practice/laundry-drum'? "),
-        ("r1", "did you mean 'drozdetskaya-2020/r1', "),
-        ("Practice/Screan", "did you mean 'practice/screen', "),
-        ("sperling", "did you mean 'sperling-rollers/"),
-    ],
-)
-def test_only_names_that_are_like_it_or_contain_it_are_suggested(name: str, clause: str) -> None:
-    text = nearest_names(name, names())
-    assert text.startswith(clause or "`") and text.endswith("`wucht list` prints all names")
-    assert text.count("'") <= 6
-
 
 SCHEDULED = """
 [machine]

@@ -69,22 +69,6 @@ def test_a_frequency_of_a_cam_drive_has_a_unit(tmp_path):
         read_study(str(path))
 
 
-@pytest.mark.parametrize(
-    ("text", "title"),
-    [
-        ('title = "Mine"\n[machine]\nuse = "drozdetskaya-2020/table-5.1"', "Mine"),
-        ('title = "Mine"\n[machine]\ntitle = "Drum"\nuse = "drozdetskaya-2020/table-5.1"', "Drum"),
-        ('[machine]\nuse = "drozdetskaya-2020/table-5.1"', load_machine("drozdetskaya-2020/table-5.1").title),
-        ('[machine]\nuse = "other.toml"', "Other"),
-    ],
-)
-def test_a_title_beside_use_counts(tmp_path, text, title):
-    (tmp_path / "other.toml").write_text('title = "Other"\n[machine]\nuse = "drozdetskaya-2020/table-5.1"\n')
-    path = tmp_path / "mine.toml"
-    path.write_text(text)
-    assert load_machine(str(path)).title == title
-
-
 def test_nor_is_what_waits_for_a_writer(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     with refusals.refused("", given=None, file="pipe"):

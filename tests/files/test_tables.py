@@ -6,7 +6,6 @@ import math
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.refusals import refused
 
 from wucht.errors import InputError
 from wucht.files.tables import SPEED_TORQUE, read_table, with_tables
@@ -51,27 +50,6 @@ def test_the_heading_may_carry_units(written, heading):
     assert rows == [[0.0, 5.0], [pytest.approx(1500 * RPM), 8.0]]
 
 
-@pytest.mark.parametrize(
-    ("text", "refusal"),
-    [
-        ("speed, torque\n1, 2\n", refused("", "1", code="too-few", file="motor.csv")),
-        ("1, 2\n3, 4\n5, six\n", refused("", "line 3", "six", "torque", code="no-number", file="motor.csv")),
-        ("1, 2\n3, nan\n", refused("", "line 2", "nan", code="no-number", file="motor.csv")),
-        ("1, 2\n3, 4, 5\n", refused("", "line 2", "3 columns", code="count", file="motor.csv")),
-        ("n in hurz; M in Nm\n1;2\n3;4\n", refused("", "line 1", "hurz", code="unknown-unit", file="motor.csv")),
-        ("speed, torque, power\n1, 2\n3, 4\n", refused("", "line 1", "heading has 3", code="count", file="motor.csv")),
-        ("speed (V), torque\n1, 2\n3, 4\n", refused("", "line 1", "voltage", code="dimension", file="motor.csv")),
-        ("speed (rpm, torque\n1, 2\n3, 4\n", refused("", "line 1", "speed (rpm", code="no-heading", file="motor.csv")),
-        (b"\xff\xfe1\x00", refused("", "UTF", code="unreadable", file="motor.csv")),
-    ],
-)
-def test_a_bad_table_is_refused_with_its_line(written, text, refusal):
-    path = written(text)
-    with refusal as error:
-        read_table(path, SPEED_TORQUE)
-    assert error.value.location == str(path)
-
-
 @many
 @given(st.text(alphabet='0123456789.,;-+eE #[]()ab_\n\t"', max_size=60))
 def test_any_text_gives_a_table_or_a_sentence(tmp_path_factory, text):
@@ -107,26 +85,6 @@ def test_files_become_points(tmp_path, written):
         "motion": {"direction": "x", "points": [[0, 1e-3], [pytest.approx(1e-2), 2e-3]]},
     }
     assert with_tables({"drive": MACHINE["drives"][1]}, tmp_path)["drive"]["points"] == [[0, 5], [100, 8]]
-
-
-@pytest.mark.parametrize(
-    ("machine", "refusal"),
-    [
-        ({"drive": {"kind": "table", "file": "none.csv"}}, refused("machine.drive.file", given="none.csv", code="no-file")),
-        (
-            {"drive": {"kind": "table", "file": "bad.csv", "points": [[0, 1], [1, 2]]}},
-            refused("machine.drive.file", "points", given="bad.csv", code="either-or"),
-        ),
-        (
-            {"carrier": {"motion": {"table": "bad.csv"}}},
-            refused("machine.carrier.motion.table", "line 2", "'x'", given="bad.csv", code="no-number"),
-        ),
-    ],
-)
-def test_errors_name_the_key(written, machine, refusal):
-    folder = written("1, 2\n3, x\n", "bad.csv").parent
-    with refusal:
-        with_tables(machine, folder)
 
 
 @pytest.mark.parametrize(

@@ -106,22 +106,6 @@ def document(bearing: Any, **more: Any) -> dict[str, Any]:
     return {"carrier": carrier, "bodies": [rotor], "drive": drive, **more}
 
 
-@pytest.mark.parametrize(
-    ("bearing", "key", "code"),
-    [
-        ({}, ".C", "missing"),
-        ({"C": 0}, ".C", "limits"),
-        ({"C": 1e3, "p": 0.99}, ".p", "limits"),
-        ({"C": 1e3, "p": 10.01}, ".p", "limits"),
-        ({"C": 1e3, "share": 0.0}, ".share", "limits"),
-        ({"C": 1e3, "share": 1.01}, ".share", "limits"),
-    ],
-)
-def test_what_is_no_bearing(bearing: Any, key: str, code: str) -> None:
-    with refused(f"machine.bodies[0] (drum).bearing{key}", code=code):
-        machine_from(document(bearing))
-
-
 def test_where_no_bearing_can_be() -> None:
     couple = {"kind": "rotor", "name": "drum", "mass": 3.0, "couple_unbalance": 1e-3, "inertia": 1.5e-2, "bearing": {"C": 1e3}}
     with refused("machine.bodies[0] (drum).bearing", "a couple unbalance has no force in the plane"):

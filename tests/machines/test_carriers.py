@@ -174,12 +174,6 @@ def test_couple_unbalance():
 @pytest.mark.parametrize(
     ("carrier", "body", "refusal"),
     [
-        ({"directions": "xyr", "mass": 1.0, "inertia": 1.0}, {}, refused("machine.carrier.stiffness", code="missing")),
-        (
-            {"directions": "xyr", "mass": 1.0, "inertia": 1.0, "stiffness": 1.0, "mounts": MOUNTS},
-            {},
-            refused("machine.carrier.mounts", code="either-or"),
-        ),
         (
             {"directions": "xyr", "mass": 1.0, "inertia": 1.0, "mounts": [MOUNTS[2] | {"stiffness": [-1.0, 1.0]}]},
             {},
@@ -196,19 +190,9 @@ def test_couple_unbalance():
             refused("machine.bodies[0] (drum).couple_unbalance", "xy", given=0.1),
         ),
         (
-            {"directions": "x", "stiffness": 1.0, "foundation": {"direction": "y", "mass": 1.0, "stiffness": 1.0}},
-            {},
-            refused("machine.carrier.foundation", "x"),
-        ),
-        (
             {"directions": "x", "stiffness": 1.0, "motion": {"direction": "y", "amplitude": 1.0, "frequency": 1.0}},
             {},
             refused("machine.carrier.motion", "x", code="direction"),
-        ),
-        (
-            {"stiffness": 1.0, "motion": {"direction": "x", "amplitude": 1.0}},
-            {},
-            refused("machine.carrier.motion", given={"direction": "x", "amplitude": 1.0}, code="either-or"),
         ),
     ],
 )

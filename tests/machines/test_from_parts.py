@@ -40,30 +40,6 @@ def same(first: wucht.Machine, second: wucht.Machine) -> bool:
 # As somebody writes it in Python, beside the file.
 
 
-def test_a_drum_with_a_ring_of_balls() -> None:
-    ball = {"about": "drum", "mass": "0.1 kg", "length": "0.1 m", "track": "ring", "diameter": "20 mm"}
-    points = [["0 s", 0], ["5 s", "0.04 N m s"]]
-    in_python = wucht.Machine(
-        parts.Carrier(**CARRIER, foundation={"direction": "y", "mass": 50, "stiffness": "1e6 N/m"}),
-        [parts.Rotor(**DRUM), *(parts.Pendulum(name=f"b{i}", **ball) for i in range(3))],
-        drives=[parts.LinearDrive(**MOTOR)],
-        loads=[parts.ViscousLoad(coefficient=0.01), parts.CoulombLoad(torque="0.05 N m")],
-        schedules=[{"parameter": "drive.slope", "points": points, "interpolation": "smooth"}],
-        tracks={"ring": {"contact_frequency": "4000 rad/s"}},
-        title="A drum",
-    )
-    in_file = machine_from({
-        "title": "A drum",
-        "carrier": {**CARRIER, "foundation": {"direction": "y", "mass": 50, "stiffness": "1e6 N/m"}},
-        "bodies": [{"kind": "rotor", **DRUM}, *({"kind": "pendulum", "name": f"b{i}", **ball} for i in range(3))],
-        "drive": {"kind": "linear", **MOTOR},
-        "loads": [{"kind": "viscous", "coefficient": 0.01}, {"kind": "coulomb", "torque": "0.05 N m"}],
-        "schedules": [{"parameter": "drive.slope", "points": points, "interpolation": "smooth"}],
-        "tracks": {"ring": {"contact_frequency": "4000 rad/s"}},
-    })  # fmt: skip
-    assert same(in_python, in_file)
-
-
 # What is wrong is the same sentence; the place is the part's path, or its table.
 
 Refused = tuple[Callable[[], object], dict[str, Any], str]

@@ -5,7 +5,6 @@ import math
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.refusals import refused
 
 from wucht.machines.parts import loads
 from wucht.schema import validate_table
@@ -63,16 +62,3 @@ def test_any_measured_load_is_odd_and_takes_power(torques, first, speed):
     assert made.torque_at(-speed) == pytest.approx(-made.torque_at(speed), rel=1e-9, abs=1e-9)
     if abs(speed) > 2:  # beyond the transition
         assert made.torque_at(speed) * speed >= -1e-9
-
-
-@pytest.mark.parametrize(
-    ("kind", "changes", "refusal"),
-    [
-        ("viscous", {"coefficient": -1}, refused("machine.loads[0].coefficient", given=-1, code="limits")),
-        ("coulomb", {"transition_speed": 0}, refused("machine.loads[0].transition_speed", "0 rad/s", code="limits")),
-        ("table", {"points": [[1, 0], [0, 1]]}, refused("machine.loads[0].points", given=[[1, 0], [0, 1]])),
-    ],
-)
-def test_bad_values_are_refused_with_place_and_remedy(kind, changes, refusal):
-    with refusal:
-        load(kind, **changes)

@@ -193,30 +193,6 @@ def test_what_is_prescribed_cannot_jump(parameter, parts):
     machine_with(schedule(parameter, [0.0, 1.0], [1.0, 1.0], interpolation="steps"), **parts)  # this one does not
 
 
-@pytest.mark.parametrize(
-    ("table", "refusal"),
-    [
-        (
-            schedule("drive.slop", [0, 1]),
-            refused("machine.schedules[0].parameter", "drive.slope", given="drive.slop", code="unknown-parameter"),
-        ),
-        (schedule("drive.slope"), refused("machine.schedules[0].points", given=[], code="pairs")),
-        (
-            {"parameter": "drive.slope", "points": [[0, 1, 2]]},
-            refused("machine.schedules[0].points", given=[[0, 1, 2]], code="pairs"),
-        ),
-        (
-            schedule("drive.slope", [0, 1], [0, 2]),
-            refused("machine.schedules[0].points", given=[[0, 1], [0, 2]], code="not-increasing"),
-        ),
-        (schedule("drive.slope", ["0 m", 1]), refused("machine.schedules[0].points[0][0]", given="0 m", code="dimension")),
-    ],
-)
-def test_schedules_that_cannot_be_are_refused(table, refusal):
-    with refusal:
-        machine_with(table)
-
-
 INDUCTION = {
     "kind": "induction", "voltage": 230.0, "frequency": 50.0, "pole_pairs": 2, "stator_resistance": 0.5,
     "rotor_resistance": 0.5, "stator_reactance": 1.0, "rotor_reactance": 1.0,

@@ -147,10 +147,6 @@ def test_starts_that_overlap_are_refused(start, refusal):
 @pytest.mark.parametrize(
     ("bodies", "refusal"),
     [
-        (
-            [ball("a"), ball("b", length=0.11)],
-            refused("machine.bodies[2] (b).track", "0.1 m", "0.11 m", given="t", code="other-circle"),
-        ),
         ([ball(f"b{i}") for i in range(32)], refused("machine.bodies[1] (b0).track", "32", given="t")),
         ([ball("a", diameter=0.3), ball("b")], refused("machine.bodies[1] (a).diameter", given=0.3)),
         (

@@ -111,16 +111,3 @@ def test_a_prescribed_speed_is_that_of_the_motor(drive, speed):
     assert free_speed(machine, machine.rotor) == pytest.approx(speed, rel=1e-12)
     with refused("machine.drive.transmission"):
         machine_with(drive | {"transmission": GEAR | {"efficiency": 0.9}})
-
-
-@pytest.mark.parametrize(
-    ("transmission", "refusal"),
-    [
-        ({"ratio": 0}, refused("machine.drive.transmission.ratio", given=0, code="limits")),
-        ({"ratio": 2, "efficiency": 1.2}, refused("machine.drive.transmission.efficiency", given=1.2, code="limits")),
-        (3, refused("machine.drive.transmission", given=3, code="type")),
-    ],
-)
-def test_bad_transmissions_are_refused(transmission, refusal):
-    with refusal:
-        machine_with(LINEAR | {"transmission": transmission})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Literal
 
 import pytest
 from pydantic import Field
@@ -12,49 +11,8 @@ from wucht.cli.list_name import kinds
 from wucht.errors import InputError
 from wucht.files.catalogue import load_machine
 from wucht.files.equal_bodies import keys_in_files
-from wucht.schema import Key, TableModel, keys_of, si
+from wucht.schema import TableModel, keys_of, si
 from wucht.studies.registry import studies
-
-
-class Inner(TableModel):
-    """A table inside."""
-
-    at: tuple[float, float] = si("m", "place", alias="@", help="place in the frame")
-    then: Inner | None = None
-
-
-class Outer(TableModel):
-    """A table."""
-
-    mass: float = si("kg", "mass", gt=0, le=5)
-    stiffness: float | tuple[float, float] = si("N/m", "stiffness", default=1.0)
-    model: Literal["full", "slow"] = Field("full", title="equations", description="which equations are solved")
-    count: int | None = Field(None, ge=1)
-    inner: Inner | None = Field(None, description="a table")
-    many: tuple[Inner, ...] = ()
-    made: str = Field("", exclude=True)
-
-
-def test_what_a_key_is() -> None:
-    keys = {key.name: key for key in keys_of(Outer)}
-    assert list(keys) == [
-        "mass",
-        "stiffness",
-        "model",
-        "count",
-        "inner",
-        "inner.@",
-        "inner.then",
-        "many",
-        "many[].@",
-        "many[].then",
-    ]
-    assert keys["mass"] == Key("mass", "number", "kg", True, None, "> 0, <= 5", "mass")
-    assert keys["stiffness"] == Key("stiffness", "number or pair", "N/m", False, 1.0, "", "stiffness")
-    assert keys["model"] == Key("model", "word", None, False, "full", "full, slow", "which equations are solved")
-    assert keys["count"] == Key("count", "whole number", None, False, None, ">= 1", "")
-    assert keys["inner"] == Key("inner", "table", None, False, None, "", "a table")
-    assert keys["many[].@"] == Key("many[].@", "pair", "m", True, None, "", "place in the frame")
 
 
 @cache

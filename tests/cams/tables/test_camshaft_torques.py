@@ -18,7 +18,6 @@ from wucht.cams.prediction import CamShaft
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.camshaft import ElasticTable, ShaftTable
 from wucht.cams.tables.harmonic_law import HarmonicLawTable
-from wucht.errors import InputError
 from wucht.numerics.fourier_series import FourierSeries, even_angles
 
 HERE = Path()
@@ -53,21 +52,6 @@ def test_a_drive_that_enforces_its_speed_has_no_torque() -> None:
         ShaftTable(inertia=3.0, output_mass=0.2, mean_speed=30.0, drive=table.drive).camshaft_drive(HERE)
 
 
-@pytest.mark.parametrize(
-    ("changes", "location", "code"),
-    [
-        ({"loads": ({"kind": "viscous", "coefficient": 0.5},)}, "shaft.loads", None),
-        ({}, "shaft.mean_speed", None),
-        ({"drive": MOTOR | {"no_load_speed": -100.0}}, "shaft.drive", "turns-back"),
-        ({"drive": MOTOR | {"no_load_speed": 0.0}}, "shaft.drive", "turns-back"),
-        ({"drive": {"kind": "constant-torque", "torque": 1.0}}, "shaft.drive", "no-limit"),
-    ],
-)
-def test_shafts_without_a_speed(changes: dict[str, Any], location: str, code: str | None) -> None:
-    with refused(location, **({} if code is None else {"code": code}), **({"given": changes["drive"]["kind"]} if code else {})):
-        ShaftTable(inertia=3.0, output_inertia=0.2, **changes).camshaft_drive(HERE)
-
-
 def test_a_weak_drive_does_not_start_its_shaft() -> None:
     """150 N m of dry friction against 100 N m; an expected speed makes no difference where no speed is possible."""
     loads = ({"kind": "coulomb", "torque": 150.0, "transition_speed": 0.01},)
@@ -78,21 +62,6 @@ def test_a_weak_drive_does_not_start_its_shaft() -> None:
     strong = ShaftTable(**weak | {"drive": MOTOR}).camshaft_drive(HERE)
     assert strong is not None and strong.speed == pytest.approx(25.0, rel=1e-6)
     assert (strong.friction, strong.transition) == (150.0, 0.01)
-
-
-@pytest.mark.parametrize(
-    ("given", "location"),
-    [
-        ({"output_frequency": 5.0, "output_stiffness": 5.0}, "output_stiffness"),
-        ({"output_frequency": 5.0, "output_damping_ratio": 0.1, "output_damping": 5.0}, "output_damping"),
-        ({"shaft_stiffness": 5.0}, "cam_inertia"),
-        ({"output_damping_ratio": 0.1}, "output_frequency"),
-    ],
-)
-def test_springs_that_contradict_each_other(given: dict[str, float], location: str) -> None:
-    with pytest.raises(InputError) as error:
-        ElasticTable(**given)
-    assert error.value.location == f"shaft.elastic.{location}"
 
 
 HELD = {"kind": "constant-speed", "speed": 100.0}
