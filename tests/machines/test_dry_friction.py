@@ -58,7 +58,7 @@ def swung(parts, angle, end, tolerance=1e-12):
 
 
 @pytest.mark.parametrize("angle", [0.6, np.pi - 0.6])  # it falls over the one side, and over the other
-@pytest.mark.parametrize("width", [1e-5, 1e-3, 1e-2, 0.1, 10.0])  # rad/s; it swings with up to 12 rad/s
+@pytest.mark.parametrize("width", [1e-5, 1e-2, 10.0])  # rad/s; it swings with up to 12 rad/s
 @pytest.mark.parametrize("kind", [coulomb, table, geared])
 def test_it_swings_as_an_independent_integration_says(kind, width, angle):
     parts, inertia, law = kind(width)
