@@ -1,5 +1,7 @@
 """The corrected cam: 004, its claims, and what is left where the shaft turns otherwise."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
@@ -13,18 +15,16 @@ from wucht.cams.correction import (
     Purity,
     best_delay,
     explained_share,
-    left_out_orders,
     orders,
     orders_beside,
-    residual_of_errors,
     residual_of_extra_order,
     residuals,
     share_above_order,
 )
 from wucht.cams.laws.synthesis import equiripple
+from wucht.cams.measured_acceleration import MeasuredAcceleration
 from wucht.cams.shaft_motion import ShaftMotion
-from wucht.measurements.order_checks import OmittedOrder
-from wucht.measurements.order_fit import OrderFit
+from wucht.measurements.recording import Channel
 from wucht.numerics.fourier_series import FourierSeries
 
 OMEGA = 500 * math.pi / 30
@@ -51,25 +51,12 @@ def test_orders_of_a_cosine_on_a_shaft_with_one_order_are_bessel_functions():
     assert found.cosine[[0, 2, 4]] == pytest.approx(bessel, abs=1e-14)
 
 
-def test_the_correction_of_a_constant_speed_is_the_identity():
-    of = ShaftMotion(FourierSeries.of(OMEGA, [0.0, 0.0]))
-    for order in range(4):
-        assert CorrectedLaw(LAW, of)(PHI, order) == pytest.approx(LAW(PHI, order), abs=1e-13)
-        assert MotionOverTime(LAW, of)(PHI, order) == pytest.approx(LAW(PHI, order), abs=1e-13)
-
-
 @pytest.mark.parametrize("kind", [CorrectedLaw, MotionOverTime])
 def test_derivatives_are_those_of_the_motion(kind):
     of, h = kind(LAW, shaft()), 1e-4
     for order in (1, 2, 3):
         lower = (of(PHI + h, order - 1) - of(PHI - h, order - 1)) / (2 * h)
         assert of(PHI, order) == pytest.approx(lower, abs=2e-5 * np.abs(lower).max())
-
-
-def test_each_is_the_inverse_of_the_other():
-    of = shaft()
-    assert MotionOverTime(CorrectedLaw(LAW, of), of)(PHI) == pytest.approx(LAW(PHI), abs=1e-14)
-    assert CorrectedLaw(MotionOverTime(LAW, of), of)(PHI, 2) == pytest.approx(LAW(PHI, 2), abs=1e-12)
 
 
 def test_what_is_left_where_the_shaft_turns_otherwise():
@@ -99,19 +86,6 @@ def test_a_phase_that_is_off_either_way_leaves_no_more_than_is_said(degrees):
     assert abs(both[0] - both[1]) > 1e-4 * one
 
 
-def test_a_mean_speed_that_is_off_is_worse_below():
-    """At 10 % less the fluctuation is 1/0.9 of what it was, at 10 % more 1/1.1."""
-    said = residuals(LAW, 5, shaft())
-    slower, faster = (
-        share_above_order(orders(MotionOverTime(CorrectedLaw(LAW, shaft()), shaft(1 / by))), 5) for by in (0.9, 1.1)
-    )
-    assert slower > 1.2 * faster
-    assert said["a mean speed off by 10 %, the fluctuation the same in rad/s"] == pytest.approx(slower, rel=1e-12)
-    # 92 % of the speed, of order 1: at 10 % less it would turn back.
-    strong = residuals(LAW, 5, ShaftMotion(FourierSeries.of(OMEGA, [0.92 * OMEGA])))
-    assert "a mean speed higher by 10 %, the fluctuation the same in rad/s" in strong
-
-
 def test_what_an_order_leaves_that_nobody_corrects_for():
     """As much as if it were known and left out, to the worst of its phases."""
     whole = shaft()
@@ -124,40 +98,6 @@ def test_what_an_order_leaves_that_nobody_corrects_for():
     assert residual_of_extra_order(LAW, 5, whole, 2, 1e-9) < 1e-8, "beside what the speed has of that order already"
     with refused("speed", given=None):
         residual_of_extra_order(LAW, 5, whole, 1, OMEGA)
-
-
-def test_an_order_left_out_leaves_what_it_would_have_made():
-    """A shaft with nothing but that order, under a cam made for an even one."""
-    of = ShaftMotion(FourierSeries.of(OMEGA, [0.01 * OMEGA]))
-    left = residuals(LAW, 5, of)["order 1 left out of the correction"]
-    assert left == pytest.approx(share_above_order(orders(MotionOverTime(LAW, of)), 5))
-    assert 0.01 < left < 0.2
-
-
-def test_a_cam_turned_on_its_shaft_is_the_same_cam_turned():
-    of = shaft()
-    assert CorrectedLaw(LAW, of, 0.2)(PHI, 1) == pytest.approx(CorrectedLaw(LAW, of)(PHI - 0.2, 1))
-
-
-def test_a_measured_acceleration_is_compared_order_by_order():
-    of = shaft()
-    found = orders(MotionOverTime(LAW, of))
-    scale = OMEGA**2
-    measured = FourierSeries(0.0, scale * found.cosine[:20], scale * found.sine[:20])
-    same = orders_beside(measured, LAW, of)
-    assert explained_share(measured, same) == pytest.approx(1.0)
-    assert same.cosine == pytest.approx(measured.cosine)
-    opposite = FourierSeries(0.0, -measured.cosine, -measured.sine)
-    assert explained_share(opposite, orders_beside(opposite, LAW, of)) == pytest.approx(-3.0, abs=0.01)
-    # An order that the computed motion does not have is not explained: as large as all others, half of the mean square.
-    rms = math.sqrt((measured.amplitudes**2).sum())
-    noisy = FourierSeries(0.0, np.append(measured.cosine, np.zeros(2000)), np.append(measured.sine, np.zeros(2000)))
-    noisy.cosine[1500] = rms
-    computed = orders_beside(noisy, LAW, of)
-    assert explained_share(noisy, computed) == pytest.approx(0.5, abs=1e-3)
-    assert best_delay(noisy, computed) == pytest.approx((0.0, 0.5), abs=1e-3)
-    with refused("acceleration", code="no-orders"):
-        orders_beside(FourierSeries.of(1.0), LAW, of)
 
 
 @pytest.mark.parametrize("degrees", [5.0, -40.0, 0.0])
@@ -174,13 +114,6 @@ def test_the_delay_of_a_measured_acceleration(degrees):
     late, share = best_delay(twice, orders_beside(twice, LAW, of))
     assert math.degrees(late) == pytest.approx(degrees, abs=1e-6)
     assert share == pytest.approx(0.75, abs=1e-12), "half of each amplitude is left, a quarter of the mean square"
-
-
-@pytest.mark.parametrize("mean", [0.0, 3.0, -9.81])
-def test_a_record_without_orders_is_no_acceleration(mean):
-    rounding = 1e-14 * mean * np.ones(15)
-    with refused("acceleration", code="constant"):
-        orders_beside(FourierSeries(mean, rounding, rounding), LAW, shaft())
 
 
 def harmonics(*amplitudes):
@@ -230,29 +163,38 @@ class StandardLaw:
         return np.where(np.mod(phi, 2 * np.pi) < np.pi / 2, 1.0, -1 / 3)
 
 
-def fitted(*omitted):
-    """A fit of orders 2 and 4, whose amplitudes are 5 and 1 with errors of 0.3 and 0.4 in any phase."""
-    speed = FourierSeries.of(OMEGA, [0.0, 3.0, 0.0, 1.0], [0.0, 4.0, 0.0, 0.0])
-    covariance = np.diag(np.array([0.5, 0.1, 0.2, 0.3, 0.4]) ** 2)
-    return OrderFit("record", (2, 4), speed, covariance, 0.25, 0.0, 7.5, 6000, "rad/s", 4.0, 0.05, omitted, ())
+def measured(
+    delay: float = 0.0,
+    amplitude: float = 1.0,
+    noise: float = 0.0,
+    above: tuple[float, ...] = (1.0, 0.0),
+    channel: Channel | None = None,
+    turns: float = 5.0,
+) -> MeasuredAcceleration:
+    """A record of cos(tau - delay) about 100, of which amplitude cos(tau) is computed."""
+    record = FourierSeries.of(100.0, [math.cos(delay)], [math.sin(delay)])
+    some = Channel("record", "a", "m/s^2", np.arange(2.0), np.arange(2.0)) if channel is None else channel
+    return MeasuredAcceleration(some, record, FourierSeries.of(0.0, [amplitude]), noise, turns, 1.0, 0.25, np.array(above))
 
 
-def test_the_residual_of_errors_is_the_root_of_squares():
-    """That of an order times its error over its amplitude: 0.5 times 0.3/5 and 0.2 times 0.4/1."""
-    given = {"order 2 left out": 0.5, "order 4 left out": 0.2, "off by 1°": 9.0}
-    assert residual_of_errors(fitted(), given) == pytest.approx(math.hypot(0.5 * 0.3 / 5, 0.2 * 0.4))
-    assert residual_of_errors(fitted(), {"order 2 left out": 0.5}) == pytest.approx(0.5 * 0.3 / 5)
+def test_a_delay_counts_where_it_explains_noticeably_more() -> None:
+    """Of the mean square the delay costs 2 (1 - cos delay): half a percent."""
+    enough, less = (math.acos(1 - gain / 2) for gain in (0.00505, 0.00495))
+    assert measured(enough).delay == (pytest.approx(enough, abs=1e-6), pytest.approx(1.0))
+    assert measured(-enough).delay == (pytest.approx(-enough, abs=1e-6), pytest.approx(1.0))
+    assert measured(less).delay is None
 
 
-def test_which_orders_of_a_record_are_examined():
-    """Six of the largest, if above three standard errors; those that leave a ten-thousandth or less do not matter."""
-    omitted = [OmittedOrder(k, 0.1 * k, 0.0333 * k if k == 10 else 0.0334 * k if k == 11 else 0.01, 0.0) for k in range(3, 12)]
-    found = left_out_orders(fitted(*omitted), LAW, 5, shaft())
-    assert [one.order for one in found] == [10, 9, 8, 7, 6, 5]
-    largest, share = next(iter(found.items()))
-    assert largest == OmittedOrder(10, 1.0, pytest.approx(0.333), 0.0)
-    assert share == residual_of_extra_order(LAW, 5, shaft(), 10, 1.0)
-    small = 0.01 * 1e-4 / residual_of_extra_order(LAW, 5, shaft(), 3, 0.01)  # rad/s
-    counted = [len(left_out_orders(fitted(OmittedOrder(3, by * small, 1e-9, 0.0)), LAW, 5, shaft())) for by in (1.02, 0.98)]
-    assert counted == [1, 0]
-    assert left_out_orders(None, LAW, 5, shaft()) == {}
+def test_a_delay_counts_where_it_explains_most_of_the_record() -> None:
+    """An amplitude c explains 2 c - c^2 of the orders, whose power of one half stands beside that of the noise."""
+    assert measured(0.5, 1 - math.sqrt(0.495)).delay is not None and measured(0.5, 1 - math.sqrt(0.505)).delay is None
+    assert measured(0.5, noise=math.sqrt(0.49)).delay is not None and measured(0.5, noise=math.sqrt(0.51)).delay is None
+    assert measured(noise=math.sqrt(0.5)).share_of_record(0.8) == pytest.approx(0.4)
+
+
+def test_a_record_without_orders_is_no_acceleration():
+    for mean in (0.0, -9.81):
+        with refused("acceleration", code="constant"):
+            orders_beside(FourierSeries(mean, np.full(15, 1e-14 * mean), np.zeros(15)), LAW, shaft())
+    with refused("acceleration", code="no-orders"):
+        orders_beside(FourierSeries.of(1.0), LAW, shaft())

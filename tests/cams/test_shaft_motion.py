@@ -14,7 +14,6 @@ from wucht.numerics.fourier_series import FourierSeries
 
 OMEGA = 500 * math.pi / 30
 TAU = np.linspace(-1, 8, 300)
-coefficients = st.lists(st.floats(-1, 1), min_size=1, max_size=8)
 
 
 def shaft(scale=1.0):
@@ -60,13 +59,6 @@ def test_the_inverse_is_found_however_unevenly_the_shaft_turns(a, b, deep):
     assert of.angle(of.time(phi)) == pytest.approx(phi, abs=1e-13)
 
 
-def test_an_even_shaft_is_the_identity():
-    of = shaft(0.0).without_order(4).without_order(5)
-    assert of.fluctuation == 0
-    assert of.time(TAU) == pytest.approx(TAU, abs=1e-15)
-    assert of.angle(TAU) == pytest.approx(TAU, abs=1e-15)
-
-
 @pytest.mark.parametrize(("depth", "refused"), [(0.999, False), (1.001, True)])
 def test_a_shaft_that_stands_still_or_turns_back_is_refused(depth, refused):
     speed = FourierSeries.of(10.0, [0.0, 10.0 * depth])
@@ -75,13 +67,6 @@ def test_a_shaft_that_stands_still_or_turns_back_is_refused(depth, refused):
             ShaftMotion(speed)
     else:
         assert ShaftMotion(speed).fluctuation == pytest.approx(2 * depth)
-
-
-def test_order_0_must_be_the_mean_speed():
-    speed = FourierSeries.of(2 * math.pi / 0.12, [1.0])
-    assert with_period(speed, 0.12).mean == speed.mean
-    with refusals.refused("speed.mean", "T = 104.72", "T = 0.06"):
-        with_period(speed, 0.06)
 
 
 def test_scaled_and_without_an_order():

@@ -8,8 +8,7 @@ from tests.refusals import refused
 
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state
 from wucht.files.building import machine_from
-from wucht.files.equal_bodies import EqualBodies, keys_in_files
-from wucht.machines.parts import Roller, Rotor
+from wucht.files.equal_bodies import EqualBodies
 
 RING = {"kind": "rotor", "name": "ring", "mass": 2.0, "unbalance": 1e-3, "inertia": 0.02}
 BALL = {
@@ -39,13 +38,6 @@ def test_a_count_stands_for_as_many_tables():
     assert list(angles(by_count).values()) == pytest.approx([k * math.pi / 4 for k in range(8)])
 
 
-def test_bodies_that_can_pass_are_spread_too():
-    pendulum = {"kind": "pendulum", "name": "p", "about": "ring", "mass": 0.1, "length": 0.1, "damping": 0.01}
-    assert list(angles(machine_with(pendulum | {"count": 3})).values()) == pytest.approx([0, 2 * math.pi / 3, 4 * math.pi / 3])
-    assert list(angles(machine_with(pendulum | {"count": 2, "start": "30 deg"})).values()) == pytest.approx([math.pi / 6] * 2)
-    assert angles(machine_with(pendulum | {"start": "30 deg"})) == pytest.approx({"p": math.pi / 6})
-
-
 def test_at_an_angle_balls_of_a_track_lie_side_by_side():
     at = np.array(list(angles(machine_with(BALL | {"count": 5, "start": "200 deg"})).values()))
     assert np.diff(at) == pytest.approx([WIDTH] * 4)
@@ -63,11 +55,6 @@ def test_random_places_do_not_overlap_and_are_those_of_their_seed(count):
     assert EqualBodies(count=count, start="random").angles(WIDTH) == drawn[0]
 
 
-def test_random_places_are_where_the_machine_starts():
-    machine = machine_with(BALL | {"count": 4, "start": "random", "seed": 3})
-    assert list(angles(machine).values()) == pytest.approx(EqualBodies(count=4, start="random", seed=3).angles(WIDTH))
-
-
 def test_random_places_are_anywhere():
     """Of 3000 arrangements: every tenth of the circle is as likely as any other, and each gap has its share of what is free."""
     drawn = np.array([EqualBodies(count=4, start="random", seed=seed).angles(0.3) for seed in range(3000)])
@@ -76,13 +63,6 @@ def test_random_places_are_anywhere():
     gaps = np.diff(drawn, append=drawn[:, :1] + 2 * math.pi) - 0.3
     assert gaps.mean(axis=0) == pytest.approx([(2 * math.pi - 1.2) / 4] * 4, rel=0.06)
     assert gaps.min() > -1e-12
-
-
-def test_the_study_places_them_otherwise():
-    machine = machine_with(BALL | {"count": 3, "start": "90 deg"})
-    assert angles(machine, {"b1": "180 deg"})["b1"] == pytest.approx(math.pi)
-    assert angles(machine, {"b1": {"speed": 3.0}})["b1"] == pytest.approx(math.pi / 2 - WIDTH)
-    assert initial_state(machine, {"b1": {"speed": 3.0}})[machine.row(machine.body("b1").coordinate.velocity)] == 3.0
 
 
 def test_all_are_set_by_their_common_name_and_one_by_its_own():
@@ -97,37 +77,11 @@ def test_all_are_set_by_their_common_name_and_one_by_its_own():
     [
         ({"count": 0}, refused("machine.bodies[1] (b).count", "100", given=0, code="limits")),
         ({"count": 2.5}, refused("machine.bodies[1] (b).count", given=2.5, code="type")),
-        ({"count": "many"}, refused("machine.bodies[1] (b).count", given="many", code="type")),
         ({"count": 30}, refused("machine.bodies[1] (b).count", "20", given=30, code="limits")),
-        (
-            {"count": 3, "start": "odd"},
-            refused("machine.bodies[1] (b).start", "even", "random", given="odd", code="no-quantity"),
-        ),
-        ({"count": 3, "start": "3 kg"}, refused("machine.bodies[1] (b).start", code="dimension")),
         ({"count": 3, "seed": 2}, refused("machine.bodies[1] (b).seed", 'start = "random"', given=2)),
-        ({"count": 3, "start": "random", "seed": -2}, refused("machine.bodies[1] (b).seed", given=-2, code="limits")),
-        ({"count": 3, "mass": "2 mm"}, refused("machine.bodies[1] (b).mass", given="2 mm", code="dimension")),
-        (
-            {"count": 3, "kind": "slider"},
-            refused("machine.bodies[1] (b).count", "pendulum, roller", given=3, code="not-allowed"),
-        ),
         ({"seed": 3}, refused("machine.bodies[1] (b).seed", code="unknown-key")),
-        ({"start": "even"}, refused("machine.bodies[1] (b).start", code="no-quantity")),
     ],
 )
 def test_what_is_no_count_is_refused(changes, refusal):
     with refusal:
         machine_with(BALL | changes)
-
-
-def test_balls_that_would_overlap_at_the_start_are_refused():
-    with refused("machine.bodies.b2", "b1", "t"):
-        machine_with(BALL | {"name": "b1", "start": 0.0}, BALL | {"name": "b2", "start": 0.1})
-
-
-def test_the_keys_of_several_bodies_are_listed_with_those_of_one():
-    keys = {k.name: k for k in keys_in_files(Roller)}
-    assert (keys["count"].allowed, keys["count"].needed) == (">= 1, <= 100", False)
-    assert keys["start"].default == "even"
-    assert {"seed", "mass", "track_radius"} <= keys.keys()
-    assert "count" not in {k.name for k in keys_in_files(Rotor)}

@@ -36,13 +36,18 @@ kind = "phase-portrait"
 @pytest.mark.parametrize(
     ("written", "value"),
     [
-        ("-x^2", -4.0), ("2^-2", 0.25), ("2^3^2", 512.0), ("x - y - 1", -2.0), ("x/y/2", 1 / 3), ("2*-x", -4.0), ("+x**2", 4.0),
-        ("lambda*x", 10.0), ("1.5e-3*x", 3e-3), (".5*x", 1.0), ("sqrt(x^2 + y^2)", math.sqrt(13)),
+        ("-x^2", -4.0),
+        ("2^-2", 0.25),
+        ("2^3^2", 512.0),
+        ("2*-x", -4.0),
+        ("lambda*x", 10.0),
         ("atan2(y, x)", math.atan2(3, 2)),
-        ("max(x, y) - min(x, y)", 1.0), ("abs(x - y)", 1.0), ("sign(x - y)", -1.0), ("exp(log(x))", 2.0), ("sin(pi*x/4)", 1.0),
-        ("((x))", 2.0), ("x^0.5", math.sqrt(2)), ("tanh(x) + cosh(y)", math.tanh(2) + math.cosh(3)), ("(1/3)*y", 1.0), (3, 3.0),
+        ("max(x, y) - min(x, y)", 1.0),
+        ("sign(x - y)", -1.0),
+        ("exp(log(x))", 2.0),
+        ("sin(pi*x/4)", 1.0),
     ],
-)  # fmt: skip
+)
 def test_a_formula_means_what_it_means_on_paper(written: object, value: float) -> None:
     at = {NAMES["x"]: 2.0, NAMES["y"]: 3.0, NAMES["lambda"]: 5.0}
     assert float(formula(written, NAMES, "k").subs(at)) == pytest.approx(value, rel=1e-14)
@@ -57,26 +62,15 @@ def test_a_formula_means_what_it_means_on_paper(written: object, value: float) -
         ("x)", "there is no '(' that matches the ')' at character 2"),
         ("x(2)", "x is not a function; a product is written with *"),
         ("sine(x)", "unknown function 'sine'; did you mean 'sin'?"),
-        ("sin", "sin is a function: sin(...)"),
         ("sin(x, y)", "sin has one argument, not 2"),
         ("atan2(x)", "atan2 has 2 arguments, not 1"),
         ("lamda*x", "unknown name 'lamda'; did you mean 'lambda'?"),
         ("x/0", "it divides by zero"),
-        ("sqrt(-2)", "not a finite real number"),
-        ("9^9^9^9", "not a finite real number"),
-        ("exp(exp(exp(10)))", "not a finite real number"),
         ("1e300*x", "a number in it is beyond 1e+30"),
         ("1e20*1e20*x", "a number in it is beyond 1e+30"),
-        ("x*(lambda + x^2)^1e9", "an exponent is beyond 1000"),
-        ("x^-1000000000", "an exponent is beyond 1000"),
         ("__import__('os').system('ls')", "is not allowed in a formula"),
         ("x.__class__", "'.' at character 2 is not allowed in a formula"),
-        ("x; y", "';' at character 2 is not allowed in a formula"),
         ("(" * 200 + "x" + ")" * 200, "more than 60 brackets or signs are nested"),
-        ("x + " * 2000 + "x", "at most 5000 characters"),
-        ("", "must be a formula"),
-        (True, "must be a formula"),
-        ([1], "must be a formula"),
     ],
 )
 def test_what_is_no_formula_is_refused(written: object, says: str) -> None:
@@ -90,22 +84,13 @@ def test_what_is_no_formula_is_refused(written: object, says: str) -> None:
     ("changes", "where", "says"),
     [
         ({"states": {}}, "system.states", "must be a table of derivatives"),
-        ({"states": "x"}, "system.states", "must be a table"),
         ({"state": {}}, "system.state", "unknown key; did you mean 'states'?"),
         ({"states": {"t": "1"}}, "system.states.t", "t is the time"),
-        ({"states": {"mu": "1"}}, "system.parameters.mu", "mu is a state already"),
         ({"states": {"sin": "1"}}, "system.states.sin", "sin is a function of formulas"),
-        ({"parameters": {"pi": 3}}, "system.parameters.pi", "pi is a number of formulas"),
-        ({"states": {"2x": "1"}}, "system.states.2x", "must be a name"),
-        ({"parameters": {"mu": "half"}}, "system.parameters.mu", "must be a value of the parameter mu"),
-        ({"parameters": {"mu": "1 m"}}, "system.parameters.mu", "this one is a length"),
         ({"angles": ["z"]}, "system.angles", "unknown state"),
         ({"angles": "x"}, "system.angles", "must be a list of states"),
-        ({"definitions": {"x": "1"}}, "system.definitions.x", "x is a state already"),
         ({"definitions": {"a": "b", "b": "x"}}, "system.definitions.a", "uses b, which is defined only after it"),
         ({"definitions": {"a": "a + 1"}}, "system.definitions.a", "uses itself"),
-        ({"set": {"nu": 1}}, "system.set.nu", "unknown parameter; did you mean 'mu'?"),
-        ({"set": 3}, "system.set", "must be a table"),
     ],
 )
 def test_what_is_wrong_in_the_table_is_told(changes: dict[str, Any], where: str, says: str) -> None:
@@ -159,37 +144,19 @@ def test_another_file_is_used_with_values_set(here: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        (("mu = 0.5", "mu = 0.5, x = 1"), "study.toml: system.parameters.x: given 'x'; x is a state already"),
-        (("- y", "- z"), "study.toml: system.states.x: given 'mu*x - x^3 - z'; cannot be read as a formula: unknown name 'z'"),
-        (("[system]", "[sytem]"), "study.toml: sytem: given"),
         (("[study]", "[machine]\n[study]"), "study.toml: system: a study has one subject"),
-        (("phase-portrait", "coast-down"), "study.toml: system: the subject of this study must be a machine"),
         (('y = "x" }', 'y = "x", z = "x" }'), "study.ranges.x: this key is missing"),
         (('y = "x" }', 'y = "x*t" }'), "study.toml: system: these equations depend on time"),
         ((KIND, 'along = "nu"\nvalues = [1]'), "study.along: given 'nu'; unknown parameter"),
-        ((KIND, 'together = true'), "study.together: given True; allowed only for a machine"),
-        ((KIND, 'ranges = { z = [0, 1] }'), "study.ranges.z: given"),
-        ((KIND, 'ranges = { x = [1, 0] }'), "must be a pair [low, high] with low below"),
-        ((KIND, 'ranges = { x = ["1 m", 2] }'), "this one is a length"),
-        ((KIND, 'trajectories = [{ x = 1 }]'), "study.trajectories[0].y: this key is missing"),
-        ((KIND, 'trajectories = -1'), "study.trajectories: given -1; must be a whole number of at least 0"),
-        ((KIND, 'trajectories = 9999'), "there must be at most 400"),
+        ((KIND, "ranges = { x = [1, 0] }"), "must be a pair [low, high] with low below"),
+        ((KIND, "trajectories = [{ x = 1 }]"), "study.trajectories[0].y: this key is missing"),
     ],
-)  # fmt: skip
+)
 def test_bad_files(here: Path, refused: Callable[..., str], change: tuple[str, str], says: str) -> None:
     old, new = change
     assert old in FILE
     Path("study.toml").write_text(FILE.replace(old, f"{KIND}\n{new}" if old == KIND else new, 1))
     refused("run", "study.toml", says=(says,))
-
-
-def test_set_and_print(here: Path, wucht: Callable[..., Any], refused: Callable[..., str]) -> None:
-    Path("study.toml").write_text(FILE)
-    shown = wucht("equations", "study.toml", "--set", "mu=0.25").out
-    assert "x' = mu*x - x**3 - y" in shown and "mu = 0.25" in shown
-    assert "\\dot{x} &= \\mu x" in wucht("equations", "study.toml", "--latex").out
-    refused("equations", "study.toml", "--slow", says=("allowed only for a machine",))
-    refused("run", "study.toml", "--set", "nu=1", says=("system.set.nu", "did you mean 'mu'?"))
 
 
 def test_a_system_of_python_is_asked_too() -> None:
@@ -216,3 +183,11 @@ def test_an_angle_is_the_same_after_a_turn(states: dict[str, str], wrong: str) -
         return
     with refusals.refused("system.angles", f"derivative of {wrong}", given="x"):
         equations_from(described)
+
+
+def test_set_and_print(here: Path, wucht: Callable[..., Any], refused: Callable[..., str]) -> None:
+    Path("study.toml").write_text(FILE)
+    shown = wucht("equations", "study.toml", "--set", "mu=0.25").out
+    assert "x' = mu*x - x**3 - y" in shown and "mu = 0.25" in shown
+    assert "\\dot{x} &= \\mu x" in wucht("equations", "study.toml", "--latex").out
+    refused("equations", "study.toml", "--slow", says=("allowed only for a machine",))

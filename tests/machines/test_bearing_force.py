@@ -1,11 +1,16 @@
 """The bearing force: with what the bodies push the carrier, against statics and the forced vibration in closed form."""
 
-import math
+from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 import pytest
+from tests.refusals import refused
 
+from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.initial_state import initial_state
+from wucht.dynamics.run_ups.run_up import run_to_end
 from wucht.files.building import machine_from
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
@@ -15,27 +20,6 @@ def outputs(machine, time):
     flow = compile_system(machine.system)
     run = integrate(flow, initial_state(machine, {}), machine.values, time)
     return flow.outputs(run.time, run.states, run.final_parameter_values)
-
-
-def test_bodies_at_rest_push_with_their_weight():
-    """A balanced rotor and a ball that hangs straight down, on a carrier in its static position."""
-    machine = machine_from(
-        {
-            "carrier": {"mass": 3.0, "stiffness": 2e4, "damping": 40.0, "gravity": 9.81},
-            "bodies": [
-                {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.0, "inertia": 0.05},
-                {"kind": "pendulum", "name": "ball", "about": "drum", "mass": 0.5, "length": 0.1},
-            ],
-        }
-    )
-    hanging = initial_state(machine, {"ball": -math.pi / 2})
-    flow = compile_system(machine.system)
-    run = integrate(flow, hanging, machine.values, np.linspace(0, 1, 11))
-    values = flow.outputs(run.time, run.states, run.final_parameter_values)
-    assert values["bearing_force_x"] == pytest.approx(0, abs=1e-10)
-    # A step may be off by 1e-14 m, which is 1e-11 of the deflection by this weight.
-    assert values["bearing_force_y"] == pytest.approx(-2.5 * 9.81, rel=1e-11)
-    assert machine.system.output("bearing_force_y").long_name == "bearing force on the carrier in y"
 
 
 @pytest.mark.parametrize("speed", [30.0, 62.0, 200.0])
@@ -112,19 +96,35 @@ def test_the_bearing_force_of_each_rotor_is_newtons_law(bodies):
     np.testing.assert_allclose(first + second, whole, atol=1e-6 * np.abs(whole).max())
 
 
-def test_one_rotor_has_one_bearing_force():
-    body = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.05}
-    machine = machine_from({"carrier": {"mass": 3.0, "stiffness": 2e4}, "bodies": [body]})
-    assert [o.name for o in machine.system.outputs if o.name.startswith("bearing")] == ["bearing_force_x", "bearing_force_y"]
+RATED_ROTOR: dict[str, Any] = {"kind": "rotor", "name": "drum", "mass": 3.0, "unbalance": 2e-2, "inertia": 1.5e-2}
+ROCKING = {"directions": "r", "inertia": 1.0, "rotation_stiffness": 900.0}
 
 
-def test_what_turns_a_carrier_is_a_moment_and_its_motion_an_angle():
-    body = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.01, "inertia": 0.05, "position": [0.2, 0.0]}
-    rocking = {"directions": "r", "inertia": 1.0, "rotation_stiffness": 900.0}
-    turning = machine_from({"carrier": rocking, "bodies": [body]}).system
-    assert (turning.output("bearing_force_r").unit, turning.output("orbit.r").unit) == ("N m", "rad")
-    assert turning.output("bearing_force_r").long_name == "bearing moment on the carrier in r"
-    planar = {"directions": "xyr", "mass": 3.0, "inertia": 1.0, "stiffness": 1e4, "rotation_stiffness": 900.0}
-    moving = machine_from({"carrier": planar, "bodies": [body]}).system
-    units = [moving.output(f"bearing_force_{d}").unit for d in "xyr"]
-    assert (units, moving.output("orbit.y").unit) == (["N", "N", "N m"], "m")
+def document(bearing: Any, **more: Any) -> dict[str, Any]:
+    carrier, rotor = {"mass": 2.0, "stiffness": 1e4, "damping": 30.0}, RATED_ROTOR | {"bearing": bearing}
+    drive = {"kind": "linear", "slope": 0.1, "no_load_speed": 50.0}
+    return {"carrier": carrier, "bodies": [rotor], "drive": drive, **more}
+
+
+def test_where_no_bearing_can_be() -> None:
+    couple = {"kind": "rotor", "name": "drum", "mass": 3.0, "couple_unbalance": 1e-3, "inertia": 1.5e-2, "bearing": {"C": 1e3}}
+    with refused("machine.bodies[0] (drum).bearing", "a couple unbalance has no force in the plane"):
+        machine_from({"carrier": ROCKING, "bodies": [couple]})
+    points = [["0 s", "1 kN"], ["1 s", "2 kN"]]
+    with refused("machine.schedules[0].parameter", "does not change over time", given="drum.bearing.C", code="rating"):
+        machine_from(document({"C": 1e3}, schedules=[{"parameter": "drum.bearing.C", "points": points}]))
+
+
+def test_the_limits_are_allowed() -> None:
+    for table in ({"C": 1e-3, "p": 1, "share": 1}, {"C": "45 kN", "p": 10}, {"C": "45 kN", "p": "10/3", "share": 1e-3}):
+        machine = machine_from(document(table))
+    assert machine.values["drum.bearing.p"] == 10 / 3
+    assert machine.parameters["drum.bearing.C"].unit == "N"
+
+
+def test_a_rating_moves_nothing() -> None:
+    motions = []
+    for table in (None, {"C": 1e3}):
+        machine = machine_from(document(table))
+        motions.append(run_to_end(machine, {}, RunSettings(until=2.0)).machine_motion)
+    assert np.array_equal(motions[0].states, motions[1].states)

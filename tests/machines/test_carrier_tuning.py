@@ -57,17 +57,6 @@ def test_mounts_share_a_frequency_alike() -> None:
     assert math.sqrt(across) / (2 * math.pi) in [pytest.approx(f, rel=1e-8) for f in found]
 
 
-def test_mounts_of_given_stiffness_share_a_damping_ratio() -> None:
-    mounts = [PLACES[0] | {"stiffness": (1e4, 2e4)}, PLACES[1] | {"stiffness": 1e4}]
-    machine = with_carrier(PLANAR | {"damping_ratio": 0.1, "mounts": mounts})
-    mass, damping, stiffness = machine.matrices
-    for i in (0, 1):
-        assert damping[i, i] == pytest.approx(2 * 0.1 * math.sqrt(stiffness[i, i] * mass[i, i]))
-    values = machine.values
-    assert values["carrier.mounts.1.damping.y"] == pytest.approx(2 * values["carrier.mounts.2.damping.y"])
-    assert values["carrier.mounts.1.damping.x"] == pytest.approx(values["carrier.mounts.2.damping.x"])
-
-
 def test_a_carrier_that_only_turns() -> None:
     """Rotors on it carry their mass around."""
     machine = with_carrier(ROCKING | {"rotation_frequency": "7 Hz", "rotation_damping_ratio": 0.2})
@@ -75,67 +64,17 @@ def test_a_carrier_that_only_turns() -> None:
     assert machine.matrices[0][0, 0] == pytest.approx(3 + 2 * 4 * (0.3**2 + 0.1**2))
 
 
-def test_they_replace_what_they_say_when_set() -> None:
-    stiff = PLANAR | {"stiffness": 1e4, "rotation_stiffness": 500.0, "damping": 3.0, "rotation_damping": 1.0}
-    tuned = {"carrier.frequency": "5 Hz", "carrier.rotation_frequency": "7 Hz", "carrier.damping_ratio": 0.1}
-    machine = with_carrier(stiff, set=tuned | {"carrier.rotation_damping_ratio": 0.2})
-    assert poles(machine) == pytest.approx({5.0: 0.1, 7.0: 0.2})
-    back = with_carrier(ROCKING | {"rotation_frequency": "7 Hz"}, set={"carrier.rotation_stiffness": 10.0})
-    assert back.values["carrier.rotation_stiffness"] == 10.0
-    damped = with_carrier(PLANAR | {"stiffness": 1e4, "damping_ratio": 0.1}, set={"carrier.damping": 3.0})
-    assert damped.values["carrier.damping"] == 3.0
-    rotation = {"rotation_stiffness": 500.0, "rotation_damping_ratio": 0.1}
-    assert with_carrier(ROCKING | rotation, set={"carrier.rotation_damping": 2.0}).values["carrier.rotation_damping"] == 2.0
-
-
 @pytest.mark.parametrize(
     ("carrier", "refusal"),
     [
         (PLANAR | {"frequency": 5.0, "stiffness": 1.0}, refused("machine.carrier.frequency", given=5.0, code="either-or")),
-        (
-            PLANAR | {"frequency": 5.0, "mounts": [{"at": (0, 0), "stiffness": 1.0}]},
-            refused("machine.carrier.frequency", code="either-or"),
-        ),
         (PLANAR | {"mounts": [{"at": (0, 0)}]}, refused("machine.carrier.mounts", "mounts[0]", given=[{"at": (0, 0)}])),
-        (
-            PLANAR | {"frequency": 0.0, "mounts": PLACES},
-            refused("machine.carrier.mounts", given=({"at": (-0.5, 0.0)}, {"at": (0.5, 0.0)})),
-        ),
         (PLANAR | {"frequency": 5.0, "damping": 3.0, "mounts": PLACES}, refused("machine.carrier.damping", given=3.0)),
-        (
-            PLANAR | {"frequency": 5.0, "rotation_frequency": 5.0, "mounts": PLACES},
-            refused("machine.carrier.rotation_frequency", given=5.0),
-        ),
-        (
-            PLANAR | {"frequency": 5.0, "damping_ratio": 0.1, "damping": 3.0},
-            refused("machine.carrier.damping_ratio", code="either-or"),
-        ),
-        (
-            PLANAR | {"damping_ratio": 0.1, "mounts": [{"at": (0, 0), "stiffness": 1.0, "damping": 1.0}]},
-            refused("machine.carrier.damping_ratio", code="either-or"),
-        ),
         (
             PLANAR | {"stiffness": [0.0, 5.0], "damping_ratio": 0.1},
             refused("machine.carrier.damping_ratio", code="no-stiffness"),
         ),
-        (
-            PLANAR | {"stiffness": 5.0, "rotation_damping_ratio": 0.1},
-            refused("machine.carrier.rotation_damping_ratio", code="no-stiffness"),
-        ),
         (PLANAR | {"frequency": -5.0}, refused("machine.carrier.frequency", given=-5.0, code="limits")),
-        (PLANAR | {"frequency": 5.0, "rotation_frequency": -1.0}, refused("machine.carrier.rotation_frequency", code="limits")),
-        (
-            ROCKING | {"rotation_frequency": 5.0, "rotation_stiffness": 1.0},
-            refused("machine.carrier.rotation_frequency", "rotation_stiffness", code="either-or"),
-        ),
-        (
-            ROCKING | {"frequency": 5.0, "rotation_stiffness": 1.0},
-            refused("machine.carrier.frequency", "rotation_frequency", code="unknown-key"),
-        ),
-        (
-            {"directions": "xy", "stiffness": 0.0, "damping_ratio": 0.1},
-            refused("machine.carrier.damping_ratio", code="no-stiffness"),
-        ),
     ],
 )
 def test_what_is_refused(carrier: dict[str, Any], refusal: Refusal) -> None:

@@ -58,7 +58,7 @@ def swung(parts, angle, end, tolerance=1e-12):
 
 
 @pytest.mark.parametrize("angle", [0.6, np.pi - 0.6])  # it falls over the one side, and over the other
-@pytest.mark.parametrize("width", [1e-5, 1e-3, 1e-2, 0.1, 10.0])  # rad/s; it swings with up to 12 rad/s
+@pytest.mark.parametrize("width", [1e-5, 1e-2, 10.0])  # rad/s; it swings with up to 12 rad/s
 @pytest.mark.parametrize("kind", [coulomb, table, geared])
 def test_it_swings_as_an_independent_integration_says(kind, width, angle):
     parts, inertia, law = kind(width)
@@ -69,8 +69,3 @@ def test_it_swings_as_an_independent_integration_says(kind, width, angle):
     gap = ran.quadratures["supplied_work"] - ran.quadratures["dissipated_work"] - (stored - stored[0])
     assert np.abs(gap).max() < 1e-10
     assert ran.quadratures["dissipated_work"][-1] > 0.1
-
-
-def test_at_a_coarse_tolerance():
-    parts, inertia, law = coulomb(1e-4)
-    assert swung(parts, 1.1, 1.8, 1e-6).states[:, -1] == pytest.approx(witness(inertia, law, [1.1, 0.0], 1.8), abs=5e-5)

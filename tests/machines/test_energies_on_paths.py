@@ -68,29 +68,3 @@ def test_the_energy_is_that_of_its_mass_on_its_path(seed: int, inertia: float | 
     change = stored_energy(described, state) - stored_energy(described, rest)
     expected = energy_of_points(state, whole) - energy_of_points(rest, whole)
     assert change == pytest.approx(expected, rel=1e-7)
-
-
-def test_the_energy_of_a_mass_in_a_guide_is_that_on_its_path() -> None:
-    described = machine_from({
-        "carrier": {"directions": "xy", "mass": 2.0, "stiffness": 30.0, "gravity": 9.81},
-        "bodies": [
-            {"kind": "rotor", "name": "r", "mass": 1.5, "eccentricity": 0.0, "inertia": 0.01},
-            {"kind": "slider", "name": "s", "about": "r", "mass": MASS, "angle": 0.7, "radius": 0.08, "stiffness": 500.0},
-        ],
-        "drive": {"kind": "constant-torque", "torque": 0.0},
-    })  # fmt: skip
-    names = [s.name for s in described.system.states]
-    state = dict(zip(names, np.random.default_rng(5).uniform(-2, 2, len(names)), strict=True))
-
-    def place(t: float) -> np.ndarray:
-        x, y = (state[f"carrier.{d}"] + t * state[f"carrier.v{d}"] for d in "xy")
-        psi = state["r.angle"] + t * state["r.speed"] + 0.7
-        out = 0.08 + state["s.displacement"] + t * state["s.velocity"]
-        return np.array([x + out * np.cos(psi), y + out * np.sin(psi)])
-
-    speed, carrier = (place(1e-6) - place(-1e-6)) / 2e-6, np.array([state["carrier.vx"], state["carrier.vy"]])
-    kinetic = MASS * speed @ speed / 2 + 3.5 * carrier @ carrier / 2 + 0.01 * state["r.speed"] ** 2 / 2
-    potential = 30.0 * (state["carrier.x"] ** 2 + state["carrier.y"] ** 2) / 2 + 500.0 * state["s.displacement"] ** 2 / 2
-    weight = 9.81 * (3.5 * state["carrier.y"] + MASS * (place(0.0)[1] - 0.08 * np.sin(0.7)))
-    change = stored_energy(described, state) - stored_energy(described, dict.fromkeys(names, 0.0))
-    assert change == pytest.approx(kinetic + potential + weight, rel=1e-7)

@@ -3,15 +3,14 @@
 import numpy as np
 import pytest
 
-from witness import close, energy_gap, moved, moved_by_scipy
-from wucht.files.building import machine_from
+from witness import energy_gap, moved
 
 ROTOR = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.0, "inertia": 0.03}
 DAMPER = {"kind": "friction-damper", "name": "damper", "angle": 0.0, "force": 40.0}
 
 
 @pytest.mark.parametrize("frequency", [3.0, 70.0])
-@pytest.mark.parametrize(("travel", "build_up"), [(None, 1e-3), (None, 2e-5), (0.0, 1e-3), (3e-3, 1e-3), (3e-3, 2e-5)])
+@pytest.mark.parametrize(("travel", "build_up"), [(None, 1e-3), (3e-3, 1e-3)])
 def test_the_loss_of_a_cycle(travel: float | None, build_up: float, frequency: float) -> None:
     """4 F (a - g - d tanh((a - g)/d)) at any frequency; a is the stroke along the line, which lies at 60 degrees."""
     a = 0.01 * np.cos(np.pi / 3)
@@ -23,16 +22,6 @@ def test_the_loss_of_a_cycle(travel: float | None, build_up: float, frequency: f
     loss = 4 * 40.0 * (left - build_up * np.tanh(left / build_up))
     assert np.diff(rows["dissipated_work"])[1:] == pytest.approx([loss] * 3, rel=1e-7)
     assert energy_gap(rows) < 1e-9
-
-
-def test_within_its_free_travel_it_does_nothing() -> None:
-    motion = {"direction": "x", "amplitude": 0.01, "frequency": 20.0}
-    document = {"carrier": {"directions": "x", "motion": motion}, "bodies": [ROTOR]}
-    rows = moved(document | {"attachments": [DAMPER | {"free_travel": 0.011}]}, grid=np.linspace(0.0, 2.0, 21))
-    # The cosine begins at its peak, where the lining lies in the middle: it is first pushed aside, then left alone.
-    lost = rows["dissipated_work"]
-    assert lost[2] == pytest.approx(40.0 * (0.02 - 0.011), rel=0.05)
-    assert lost[-1] - lost[2] < 5e-3 * lost[2]
 
 
 def test_a_vibration_decays_by_a_straight_line() -> None:
@@ -81,23 +70,3 @@ def test_it_holds_what_pulls_with_less_than_its_force() -> None:
     assert np.ptp(rows["carrier.x"][20:]) < 1e-9
     assert 0 < 1e-3 - rows["carrier.x"][-1] < 5e-5
     assert -40.0 * rows["damper.lining"][-1] / 1e-5 == pytest.approx(2e4 * rows["carrier.x"][-1], rel=1e-6)
-
-
-WASHER = {
-    "carrier": {"mass": 37.0, "stiffness": [10e3, 14e3], "damping": 20.0, "gravity": 9.81},
-    "bodies": [{"kind": "rotor", "name": "drum", "mass": 15.0, "unbalance": 0.12, "inertia": 0.55}],
-    "drive": {"kind": "linear", "slope": 0.5, "no_load_speed": 60.0},
-    "attachments": [
-        DAMPER | {"name": "left", "angle": "60 deg", "free_travel": "3 mm"},
-        DAMPER | {"name": "right", "angle": "120 deg", "build_up": "1 mm"},
-    ],
-}
-
-
-@pytest.mark.slow
-def test_it_runs_as_an_independent_integration_says() -> None:
-    grid = np.linspace(0.0, 2.0, 201)
-    rows = moved(WASHER, grid=grid)
-    for name, expected in moved_by_scipy(machine_from(WASHER), grid=grid, max_step=1e-3).items():
-        assert close(rows[name], expected, 1e-6), name
-    assert energy_gap(rows) < 1e-9

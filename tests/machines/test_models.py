@@ -5,27 +5,8 @@ import math
 import pytest
 import sympy as sp
 
-from wucht.files.catalogue import load_machine
 from wucht.machines.machine import Machine
 from wucht.machines.models import Exciter, LavalRotor, RotorOnCarrier, SelfBalancingRotor
-
-
-def mismatch(speeds: dict[str, float], **values: float) -> float:
-    machine = load_machine("drozdetskaya-2020/table-5.1").with_values(values)
-    expression = machine.structure.mismatch
-    assert expression is not None
-    known = machine.values | {f"{name}.speed": speed for name, speed in speeds.items()}
-    return float(expression.subs({symbol: known[symbol.name] for symbol in expression.free_symbols}))
-
-
-def test_dampers_that_are_not_reciprocal_make_power_out_of_nothing() -> None:
-    """(s beta_r/(2 epsilon w) - beta_p/mu) (theta_1' + theta_2' - 2 phi') phi': none of bodies that turn with the rotor."""
-    given = {"s": 0.75, "beta_r": 0.1, "epsilon": 0.02, "w": 1.5, "beta_p": 0.3, "mu": 0.05}
-    factor = 0.75 * 0.1 / (2 * 0.02 * 1.5) - 0.3 / 0.05
-    speeds = {"rotor": 1.5, "p1": 0.9, "p2": 1.7}
-    assert mismatch(speeds, **given) == pytest.approx(factor * (0.9 + 1.7 - 3.0) * 1.5)
-    assert mismatch({"rotor": 1.5, "p1": 1.5, "p2": 1.5}, **given) == pytest.approx(0.0, abs=1e-15)
-    assert mismatch(speeds, **given | {"beta_p": 0.05 * 0.75 * 0.1 / (2 * 0.02 * 1.5)}) == pytest.approx(0.0, abs=1e-15)
 
 
 def value(machine: Machine, expression: sp.Expr, **states: float) -> float:
@@ -77,12 +58,6 @@ def test_energies_and_powers_with_pendulums(count: int) -> None:
     motor = 0.75 * 5 / 1.2 * (1.7 - 1.3)
     assert value(machine, system.output("motor_torque").expression, **at) == pytest.approx(motor)
     assert value(machine, system.output("supplied_work").expression, **at) == pytest.approx(motor * 1.3)
-
-
-def test_lengths_are_in_units_of_the_eccentricity_or_of_the_amplitude() -> None:
-    assert LavalRotor.model_validate(ROTOR).arms() == {"rotor": 1}
-    (arm,) = SelfBalancingRotor.model_validate(SIZES).arms().values()
-    assert arm == 1 / sp.Symbol("w", real=True)
 
 
 @pytest.mark.parametrize("count", [1, 2])

@@ -1,6 +1,5 @@
 """Motors by their nameplates: known circuits are found again, the rated point is met, and what is missed is told."""
 
-import json
 import math
 
 import numpy as np
@@ -10,7 +9,7 @@ from hypothesis import strategies as st
 from tests.refusals import refused
 
 from wucht.machines.parts import DCSeparate, Induction
-from wucht.machines.parts.equivalent_circuit import EquivalentCircuit, displacement, fitted_circuit
+from wucht.machines.parts.equivalent_circuit import EquivalentCircuit, fitted_circuit
 from wucht.machines.parts.nameplate import InductionNameplate
 
 few = settings(max_examples=25, deadline=None)
@@ -76,7 +75,7 @@ def solved(part, speed):
 
 
 @pytest.mark.parametrize("sense", [1, -1])
-@pytest.mark.parametrize("frequency", [0.0, 3.0, 60.0, 90.0])
+@pytest.mark.parametrize("frequency", [0.0, 3.0, 90.0])
 def test_the_torque_with_magnetising_current_is_that_of_the_voltage_equations(frequency, sense):
     c, _ = krause(3)
     part = with_circuit(c, frequency=frequency, rated_frequency=60, voltage=40, sense=sense)
@@ -89,42 +88,12 @@ def test_the_torque_with_magnetising_current_is_that_of_the_voltage_equations(fr
         assert part.breakdown() is None
 
 
-@pytest.mark.parametrize("magnetising", [26.13, math.inf])
-def test_circuit_and_part_agree(magnetising):
-    c = EquivalentCircuit(127.0, 2 * math.pi * 30, 0.435, 0.816, 0.754, 0.6, magnetising)
-    part = with_circuit(c)
-    assert [part.torque_at(c.synchronous * (1 - s)) for s in SLIPS] == pytest.approx([c.torque(s) for s in SLIPS], rel=1e-11)
-    slip, speed, torque = part.breakdown()
-    assert (slip, torque) == pytest.approx(c.breakdown(), rel=1e-12)
-    around = [part.torque_at(speed + d) for d in (-0.5, 0.0, 0.5)]
-    assert torque == pytest.approx(around[1], rel=1e-12)
-    assert max(around[0], around[2]) < torque
-    # What is drawn and not lost in resistances crosses the air gap.
-    s, rotor = 0.05, c.torque(0.05) * c.synchronous
-    lost = 3 * c.current(s) ** 2 * c.stator_resistance
-    assert c.complex_power(s).real == pytest.approx(rotor + lost, rel=1e-12)
-
-
-@pytest.mark.parametrize("power", KRAUSE)
+@pytest.mark.parametrize("power", [3, 2250])
 def test_krauses_circuits_are_found_again(power):
     """From rated point, breakdown and starting torque and power factor: all five elements of the circuit."""
     c, slip = krause(power)
     found = fitted_circuit(plate_of(c, slip, power_factor=c.power_factor(slip)))
     assert numbers(found) == pytest.approx(numbers(c), rel=1e-8)
-
-
-@pytest.mark.parametrize("power", KRAUSE)
-def test_without_the_power_factor_the_torque_is_found_again(power):
-    """A circuit without magnetising current, and the same torque at every slip: what a Thevenin source says."""
-    c, slip = krause(power)
-    found = fitted_circuit(plate_of(c, slip))
-    assert math.isinf(found.magnetising)
-    assert [found.torque(s) for s in SLIPS] == pytest.approx([c.torque(s) for s in SLIPS], rel=1e-9)
-
-
-def test_krauses_500_horse_power_are_500():
-    c, slip = krause(500)
-    assert c.torque(slip) * c.synchronous * (1 - slip) / 745.7 == pytest.approx(500, rel=0.01)
 
 
 @few
@@ -179,51 +148,6 @@ def test_a_usual_cage_motor():
     assert made.doubts() == ()
 
 
-# Rated power and speed, efficiency, power factor, breakdown and starting torque ratio: usual values of cage motors at 400 V.
-CAGES = (
-    (1.1e3, 2845, 0.796, 0.83, 2.6, 2.3), (4e3, 1435, 0.866, 0.81, 2.5, 2.0), (4e3, 1435, 0.866, 0.81, 3.4, 2.8),
-    (75e3, 1485, 0.95, 0.86, 2.8, 2.4), (4e3, 1435, None, 0.81, 3.0, 2.8), (4e3, 1435, None, None, 3.0, 2.9),
-)  # fmt: skip
-
-
-@pytest.mark.parametrize(("power", "rpm", "efficiency", "cosine", "breakdown", "starting"), CAGES)
-def test_all_torques_of_usual_cage_motors_are_met(power, rpm, efficiency, cosine, breakdown, starting):
-    optional = {k: v for k, v in {"efficiency": efficiency, "power_factor": cosine}.items() if v is not None}
-    named = {"power": power, "speed": f"{rpm} rpm", "voltage": 400, "frequency": 50}
-    plate = InductionNameplate(**named, **optional, breakdown_torque_ratio=breakdown, starting_torque_ratio=starting)
-    c = fitted_circuit(plate)
-    assert c.torque(plate.slip) == pytest.approx(plate.torque, rel=1e-6)
-    assert c.torque(1.0) == pytest.approx(starting * plate.torque, rel=1e-6)
-    grid = max(c.torque(s) for s in np.linspace(0.002, 1, 5000))
-    assert c.breakdown()[1] == pytest.approx(breakdown * plate.torque, rel=1e-6)
-    assert c.breakdown()[1] == pytest.approx(grid, rel=1e-4)
-    assert min(c.torque(s) for s in np.linspace(plate.slip, 1, 200)) > 0.9 * plate.torque
-
-
-def test_the_law_of_displacement_is_that_of_deep_bars():
-    """xi (sinh 2 xi + sin 2 xi)/(cosh 2 xi - cos 2 xi), between a direct current and standstill."""
-    b = np.linspace(0.01, 1.0, 100)
-
-    def bars(xi):
-        return xi * (np.sinh(2 * xi) + np.sin(2 * xi)) / (np.cosh(2 * xi) - np.cos(2 * xi))
-
-    for depth, within in ((2.0, 0.1), (2.5, 0.01), (3.0, 0.1)):
-        assert (bars(depth * np.sqrt(b)) - 1) / (bars(depth) - 1) == pytest.approx(displacement(b), abs=within)
-    assert displacement(-0.3) == displacement(0.3)
-    assert (displacement(0.0), displacement(1.0)) == (0.0, 1.0)
-
-
-@pytest.mark.parametrize("frequency", [20.0, 60.0])
-@pytest.mark.parametrize("magnetising", [26.13, None])
-def test_circuit_and_part_agree_where_the_bars_displace_the_current(frequency, magnetising):
-    c = EquivalentCircuit(127.0, 2 * math.pi * 30, 0.435, 0.816, 0.754, 0.6, magnetising or math.inf)
-    part = with_circuit(c, standstill_resistance=2.0, frequency=frequency, rated_frequency=60)
-    there, field = part.circuit_at(127.0, frequency), math.pi * frequency
-    assert there.rotor(1.0) == pytest.approx(0.816 + 1.184 * displacement(frequency / 60))
-    assert [part.torque_at(field * (1 - s)) for s in SLIPS] == pytest.approx([there.torque(s) for s in SLIPS], rel=1e-10)
-    assert part.breakdown()[2] == pytest.approx(part.torque_at(part.breakdown()[1]), rel=1e-9)
-
-
 def test_a_start_weaker_than_any_circuit_is_told():
     """With no resistance of the stator at all the circuit starts with more."""
     doubts = Induction(nameplate=CAGE | {"starting_torque_ratio": 0.5}).doubts()
@@ -232,57 +156,17 @@ def test_a_start_weaker_than_any_circuit_is_told():
     assert "for 13.31 N m (+" in doubts[0]
 
 
-def test_star_and_delta_are_the_same_motor():
-    """What the lines see: the impedance of a phase in delta is three times that in star."""
-    star, delta = (Induction(nameplate=CAGE | {"connection": c}) for c in ("star", "delta"))
-    assert delta.voltage == 400
-    assert star.voltage == pytest.approx(400 / math.sqrt(3))
-    for key in ("stator_resistance", "rotor_resistance", "stator_reactance", "magnetising_reactance"):
-        assert getattr(delta, key) == pytest.approx(3 * getattr(star, key), rel=1e-7)
-    assert [star.torque_at(w) for w in (0.0, 90.0, 170.0)] == pytest.approx([delta.torque_at(w) for w in (0.0, 90.0, 170.0)])
-
-
-def test_the_poles_follow_from_the_speed():
-    for rpm, pairs in ((2880, 1), (1435, 2), (950, 3), (705, 4)):
-        without = {k: v for k, v in CAGE.items() if k not in ("efficiency", "power_factor")}
-        assert Induction(nameplate=without | {"speed": f"{rpm} rpm"}).pole_pairs == pairs
-
-
-def test_a_measured_resistance_and_another_voltage_beside_the_nameplate():
-    made = Induction(nameplate=CAGE, stator_resistance="2 ohm", voltage="200 V", frequency="25 Hz")
-    assert (made.stator_resistance, made.voltage, made.frequency, made.rated_frequency) == (2.0, 200.0, 25.0, 50.0)
-    assert Induction(nameplate=CAGE, stator_resistance=2).torque_at(1435 * math.pi / 30) == pytest.approx(26.618, abs=1e-3)
-    assert "torque at rated speed 26.62 N m met" in made.derivation_notes()[0]
-
-
-def test_a_nameplate_has_no_parameters_and_is_fitted_once():
-    """Only what follows from it can be changed; a motor built again from all its values keeps them."""
-    made = Induction(nameplate=CAGE)
-    assert not [p.path for p in made.parameters() if "nameplate" in p.path]
-    again = Induction(**made.model_dump(mode="json", exclude={"label"}) | {"rotor_resistance": 5.0})
-    assert again.rotor_resistance == 5.0
-    assert again.stator_reactance == made.stator_reactance
-
-
 @pytest.mark.parametrize(
     ("changes", "refusal"),
     [
-        ({"speed": "1500 rpm"}, refused("induction.nameplate.speed", given="1500 rpm")),
         ({"speed": "1505 rpm"}, refused("induction.nameplate.speed", "50", given="1505 rpm")),
-        ({"poles": 3}, refused("induction.nameplate.poles", given=3)),
         ({"poles": 2}, refused("induction.nameplate.poles", "52", given=2)),
         ({"efficiency": 0.97}, refused("induction.nameplate.efficiency", "0.9567", given=0.97)),
-        ({"efficiency": 86.6}, refused("induction.nameplate.efficiency", code="limits")),
         (
             {"efficiency": None, "current": "6 A", "power_factor": 0.9},
             refused("induction.nameplate.power_factor", "1.006", given=0.9),
         ),
         ({"power_factor": None, "current": "5 A"}, refused("induction.nameplate.current", "6.667 A", given="5 A")),
-        ({"breakdown_torque_ratio": None}, refused("induction.nameplate.breakdown_torque_ratio", code="missing")),
-        ({"breakdown_torque_ratio": 0.9}, refused("induction.nameplate.breakdown_torque_ratio", code="limits")),
-        ({"power": "4 kN"}, refused("induction.nameplate.power", code="dimension")),
-        ({"connection": "Y"}, refused("induction.nameplate.connection", "star", "delta", code="unknown-name")),
-        ({"power_factr": 0.8}, refused("induction.nameplate.power_factr", "power_factor", code="unknown-key")),
     ],
 )
 def test_what_no_motor_has_is_refused(changes, refusal):
@@ -295,39 +179,11 @@ def test_what_no_motor_has_is_refused(changes, refusal):
     [
         ({"rotor_resistance": 3}, refused("induction.rotor_resistance", given=3)),
         ({"stator_resistance": 30}, refused("induction.stator_resistance", "9.567 ohm", given=30)),
-        ({"stator_resistance": "1 V"}, refused("induction.stator_resistance", given="1 V", code="dimension")),
-        (
-            {"frequency": 0, "nameplate": {k: v for k, v in CAGE.items() if k != "power_factor"}},
-            refused("induction.frequency", "0 Hz", given=0),
-        ),
     ],
 )
 def test_what_does_not_go_beside_a_nameplate(beside, refusal):
     with refusal:
         Induction(**{"nameplate": CAGE} | beside)
-
-
-def test_currents_that_contradict_the_efficiency_are_told():
-    doubts = Induction(nameplate=CAGE | {"current": "5 A"}).doubts()
-    assert any("input power by current 2806 W for 4619 W (-39 %)" in d for d in doubts)
-
-
-def test_a_power_factor_that_the_leakage_alone_undercuts_is_told():
-    made = Induction(nameplate=CAGE | {"power_factor": 0.995})
-    assert made.magnetising_reactance is None
-    assert any("the leakage alone draws more" in d for d in made.doubts())
-
-
-@pytest.mark.parametrize("cls", [Induction, DCSeparate])
-def test_the_schema_asks_for_a_nameplate_or_a_circuit(cls):
-    schema = cls.model_json_schema()
-    assert json.dumps(schema)
-    plate, circuit = (set(c["required"]) for c in schema["anyOf"])
-    assert plate == {"nameplate"}
-    assert circuit >= {"voltage", "frequency", "rotor_resistance"} if cls is Induction else circuit >= {"voltage", "flux"}
-    assert "required" not in schema
-    name = "InductionNameplate" if cls is Induction else "DCNameplate"
-    assert schema["$defs"][name]["properties"]["voltage"]["unit"] == "V"
 
 
 def test_a_dc_motor_by_its_data_sheet():
@@ -367,19 +223,27 @@ def test_any_dc_motor_is_found_again(flux, share, friction):
 @pytest.mark.parametrize(
     ("changes", "refusal"),
     [
-        ({"torque": None}, refused("dc-separate.nameplate.power", given=None)),
-        ({"power": "130 W"}, refused("dc-separate.nameplate.power", given="130 W")),
         ({"no_load_speed": "6900 rpm"}, refused("dc-separate.nameplate.no_load_speed", given="6900 rpm")),
         ({"no_load_current": "7 A"}, refused("dc-separate.nameplate.no_load_current", given="7 A")),
         ({"current": "5 A"}, refused("dc-separate.nameplate.current", "5.36 A", given="5 A")),
-        ({"no_load_speed": None, "no_load_current": None}, refused("dc-separate.nameplate.no_load_speed", given=None)),
         (
             {"no_load_speed": None, "armature_resistance": "9 ohm"},
             refused("dc-separate.nameplate.armature_resistance", given="9 ohm"),
         ),
-        ({"no_load_speed": None, "no_load_current": "1 A"}, refused("dc-separate.nameplate.no_load_current", given="1 A")),
     ],
 )
 def test_what_no_dc_motor_has_is_refused(changes, refusal):
     with refusal:
         DCSeparate(nameplate={k: v for k, v in (RE40 | changes).items() if v is not None})
+
+
+def test_a_measured_resistance_beside_the_nameplate_is_taken():
+    made = Induction(nameplate=CAGE, stator_resistance="2 ohm", voltage="200 V", frequency="25 Hz")
+    assert (made.stator_resistance, made.voltage, made.frequency, made.rated_frequency) == (2.0, 200.0, 25.0, 50.0)
+    assert Induction(nameplate=CAGE, stator_resistance=2).torque_at(1435 * math.pi / 30) == pytest.approx(26.618, abs=1e-3)
+
+
+def test_what_contradicts_itself_is_told():
+    doubts = Induction(nameplate=CAGE | {"current": "5 A"}).doubts()
+    assert any("input power by current 2806 W for 4619 W (-39 %)" in d for d in doubts)
+    assert any("the leakage alone draws more" in d for d in Induction(nameplate=CAGE | {"power_factor": 0.995}).doubts())

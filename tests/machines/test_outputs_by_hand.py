@@ -121,10 +121,7 @@ def test_the_power_that_is_lost(moment: Moment) -> None:
 
 def velocity(at: Mapping[str, float], arm: float, body: str, speed: float) -> tuple[float, float]:
     angle = at[f"{body}.angle"]
-    return (
-        at["carrier.vx"] - arm * speed * math.sin(angle),
-        at["carrier.vy"] + arm * speed * math.cos(angle),
-    )
+    return (at["carrier.vx"] - arm * speed * math.sin(angle), at["carrier.vy"] + arm * speed * math.cos(angle))
 
 
 def test_the_energy_that_is_stored(moment: Moment) -> None:

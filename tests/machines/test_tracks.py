@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from tests.refusals import refused
 
-from wucht import RunUp, report, run
-from wucht.dynamics.run_ups.initial_state import initial_state
+from witness import energy_gap
+from wucht import RunUp
 from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.files.building import machine_from
 from wucht.machines.tracks import angular_width
@@ -53,11 +53,6 @@ def gaps(machine, rows):
     return np.array(apart)
 
 
-def energy_gap(rows):
-    gap = rows["supplied_work"] - rows["dissipated_work"] - rows["stored_energy"] + rows["stored_energy"][0]
-    return np.abs(gap).max() / max(np.abs(rows["supplied_work"]).max(), np.abs(rows["stored_energy"]).max())
-
-
 @pytest.mark.parametrize(
     ("e1", "e2", "mass"), [(0.5, 0.5, 0.1), (0.05, 0.05, 0.1), (0.9, 0.4, 0.3), (1.0, 1.0, 0.02), (0.3, None, 0.2)]
 )
@@ -76,33 +71,6 @@ def test_one_collision_on_a_free_ring(e1, e2, mass):
     assert 0.1 * after_a + mass * after_b == pytest.approx(0.1 * 4 - mass, abs=1e-10)
     reduced = 0.1 * mass / (0.1 + mass) * 0.01
     assert rows["dissipated_work"][-1] == pytest.approx(reduced * 25 * (1 - e**2) / 2, abs=1e-11)
-    assert energy_gap(rows) < 1e-9
-
-
-@pytest.mark.parametrize("restitution", [0.2, 0.8])
-def test_one_collision_of_rollers(restitution):
-    """Rolling adds mu m eps^2 to their inertia; the track is held."""
-    rollers = [
-        {"kind": "roller", "name": n, "about": "ring", "mass": m, "track_radius": 0.1, "radius": 0.01, "track": "t",
-         "restitution": restitution} for n, m in (("a", 0.1), ("b", 0.25))
-    ]  # fmt: skip
-    machine = machine_from({"carrier": {"directions": "fixed"}, "bodies": [RING, *rollers], "drive": STILL})
-    start = {"a": {"angle": 0.0, "speed": 4.0}, "b": {"angle": 1.2, "speed": -1.0}}
-    _, rows = moved(machine, start, np.linspace(0, 0.5, 11))
-    assert rows["b.speed"][-1] - rows["a.speed"][-1] == pytest.approx(5 * restitution, abs=1e-8)
-    assert 0.1 * rows["a.speed"][-1] + 0.25 * rows["b.speed"][-1] == pytest.approx(0.4 - 0.25, abs=1e-10)
-
-
-def test_three_in_a_row():
-    """Elastic equal balls hand their speed on: after a hits b, b hits c, and round the ring c hits a."""
-    bodies = [RING, *(ball(n, restitution=1.0) for n in "abc")]
-    machine = machine_from({"carrier": {"directions": "fixed"}, "bodies": bodies, "drive": STILL})
-    start = {"a": {"angle": 0.0, "speed": 3.0}, "b": 1.0, "c": 3.0}
-    _, rows = moved(machine, start, np.linspace(0, 1.5, 301))
-    moving = [n for n in "abc" for k in range(2, 301) if rows[f"{n}.speed"][k] > 2.99 and rows[f"{n}.speed"][k - 1] < 2.99]
-    assert moving[:2] == ["b", "c"]
-    total = sum(rows[f"{n}.speed"] for n in "abc")
-    assert total == pytest.approx(3.0, abs=1e-10)
     assert energy_gap(rows) < 1e-9
 
 
@@ -126,22 +94,14 @@ def spread(count, first=0.1, apart=0.25):
 
 
 CASES = {
-    "two": (2, spread(2, 0.1, 2.0), 0.0),
     "two under gravity": (2, spread(2, 0.1, 0.21), 9.81),
-    "symmetric about the unbalance": (2, {"b0": 1.0, "b1": -1.0}, 0.0),
-    "four symmetric, touching": (4, {"b0": 0.1001674212, "b1": 0.3005022636, "b2": -0.1001674212, "b3": -0.3005022636}, 0.0),
-    "three at the same speed": (3, {f"b{i}": {"angle": 0.3 * i, "speed": 150.0} for i in range(3)}, 0.0),
-    "six": (6, spread(6), 0.0),
-    "ten under gravity": (10, spread(10), 9.81),
     "three, one shot against two": (3, {"b0": {"angle": 0.0, "speed": 90.0}, "b1": 1.0, "b2": 1.2005}, 0.0),
+    "four symmetric, touching": (4, {"b0": 0.1001674212, "b1": 0.3005022636, "b2": -0.1001674212, "b3": -0.3005022636}, 0.0),
+    "ten under gravity": (10, spread(10), 9.81),
 }
 
 
-QUICK = ("two under gravity", "symmetric about the unbalance", "three at the same speed", "three, one shot against two")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("case", [c if c in QUICK else pytest.param(c, marks=pytest.mark.slow) for c in CASES])
+@pytest.mark.parametrize("case", [pytest.param(c, marks=[pytest.mark.slow] if CASES[c][0] > 3 else []) for c in CASES])
 def test_nothing_tunnels(case):
     """The deepest overlap is that of a spring of 20 times the operating speed: closing speed/(20 w), 0.05 rad where a ball at
     rest meets one at full speed, of 0.2 rad that two balls are apart. One that tunnelled would go on beyond -0.2 rad."""
@@ -153,31 +113,6 @@ def test_nothing_tunnels(case):
     assert apart.sum(axis=0) == pytest.approx(apart[:, 0].sum(), abs=1e-9)  # and always the whole circle
     assert energy_gap(rows) < 1e-9
     assert (np.diff(rows["dissipated_work"]) > -1e-12).all()
-
-
-@pytest.mark.slow
-def test_a_long_run():
-    """Three balls for twenty seconds, six hundred turns, under gravity."""
-    machine, rows = moved(grinder(3, 9.81), spread(3), np.linspace(0, 20.0, 8001))
-    apart = gaps(machine, rows)
-    assert apart.min() > -0.02
-    assert energy_gap(rows) < 1e-9
-
-
-@pytest.mark.slow
-def test_the_stiffness_of_the_contact_does_not_matter():
-    """Two balls that come to rest against each other behind a small unbalance, and three that collide on the way: the final
-    speed with contacts 25 times as stiff differs by less than 1e-3 rad/s."""
-    for count in (2, 3):
-        soft = grinder(count)
-        frequency = soft.values["tracks.t.contact_frequency"]
-        assert frequency == pytest.approx(20 * 200.0)
-        hard = grinder(count, contact_frequency=5 * frequency)
-        start = spread(count, 2.5, 0.3)
-        summaries = [run(RunUp(until=6.0, start=start), m).wucht.summary for m in (soft, hard)]
-        assert abs(summaries[0]["final_speed"] - summaries[1]["final_speed"]) < 1e-3
-        assert summaries[0]["energy_residual"] < 1e-9
-        assert summaries[1]["energy_residual"] < 1e-9
 
 
 def test_symmetric_starts_stay_symmetric():
@@ -196,43 +131,12 @@ def test_symmetric_starts_stay_symmetric():
     assert energy_gap(rows) < 1e-9
 
 
-def test_balls_that_touch_at_rest_stay_at_rest():
-    bodies = [RING, *(ball(n) for n in "abc")]
-    machine = machine_from({"carrier": {"directions": "fixed"}, "bodies": bodies, "drive": STILL})
-    width = 2 * math.asin(0.1)
-    start = {"a": 0.0, "b": width, "c": {"angle": 2.0, "speed": 1e-9}}
-    _, rows = moved(machine, start, np.linspace(0, 2, 5))
-    assert np.ptp(rows["a.angle"]) < 1e-8
-    assert np.ptp(rows["b.angle"]) < 1e-8
-
-
-def test_bodies_without_a_track_pass():
-    bodies = [RING, *({k: v for k, v in ball(n).items() if k not in ("track", "diameter")} for n in "ab")]
-    machine = machine_from({"carrier": {"directions": "fixed"}, "bodies": bodies, "drive": STILL})
-    start = {"a": {"angle": 0.0, "speed": 4.0}, "b": {"angle": 1.2, "speed": -1.0}}
-    _, rows = moved(machine, start, np.linspace(0, 1.0, 3))
-    assert rows["a.angle"][-1] == pytest.approx(4.0)
-
-
-def test_tracks_do_not_hinder_each_other():
-    bodies = [RING, ball("a"), ball("b", track="u"), ball("c", track="u")]
-    machine = machine_from({"carrier": {"directions": "fixed"}, "bodies": bodies, "drive": STILL})
-    assert [t.name for t in machine.tracks] == ["u"]
-    start = {"a": {"angle": 0.0, "speed": 4.0}, "b": 0.2, "c": 3.0}
-    _, rows = moved(machine, start, np.linspace(0, 1.0, 3))
-    assert rows["a.angle"][-1] == pytest.approx(4.0)
-    assert rows["b.angle"][-1] == pytest.approx(0.2)
-
-
 @pytest.mark.parametrize(
     ("start", "refusal"),
     [
-        ({"b0": 0.0, "b1": 0.0}, refused("study.start.b1", "11.48", given=0.0)),
         ({"b0": 0.0, "b1": 0.19}, refused("study.start.b1", "b0")),
         ({"b0": 0.0, "b1": -0.19}, refused("study.start.b0", "b1", given=0.0)),
-        ({"b0": 0.1, "b1": 0.1 - 2 * TURN}, refused("study.start.b1")),
         ({"b0": "359 deg", "b1": "1 deg"}, refused("study.start.b1", given=1.0)),
-        ({"b0": 0.0}, refused("study.start.b1", given=0.0)),
     ],
 )
 def test_starts_that_overlap_are_refused(start, refusal):
@@ -240,45 +144,20 @@ def test_starts_that_overlap_are_refused(start, refusal):
         RunUp(until=1.0, start=start).prepare(grinder(2))
 
 
-def test_bodies_of_which_none_is_named_stand_evenly_spaced():
-    machine = grinder(4)
-    rows = dict(zip(machine.state_names, initial_state(machine, {}), strict=True))
-    assert [rows[f"b{i}.angle"] for i in range(4)] == pytest.approx([0, TURN / 4, TURN / 2, 3 * TURN / 4])
-
-
 @pytest.mark.parametrize(
     ("bodies", "refusal"),
     [
-        (
-            [ball("a"), ball("b", length=0.11)],
-            refused("machine.bodies[2] (b).track", "0.1 m", "0.11 m", given="t", code="other-circle"),
-        ),
-        ([ball("a"), ball("b", about="a")], refused("machine.bodies[2] (b).track", "ring", given="t", code="other-centre")),
         ([ball(f"b{i}") for i in range(32)], refused("machine.bodies[1] (b0).track", "32", given="t")),
         ([ball("a", diameter=0.3), ball("b")], refused("machine.bodies[1] (a).diameter", given=0.3)),
         (
             [{k: v for k, v in ball("a").items() if k != "diameter"}, ball("b")],
             refused("machine.bodies[1] (a).diameter", given=None, code="missing"),
         ),
-        ([ball("a", suspension=[0.01, 0.0]), ball("b")], refused("machine.bodies[1] (a).suspension", given=[0.01, 0.0])),
-        ([ball("a", restitution=1.2), ball("b")], refused("machine.bodies[1] (a).restitution", "0.01", code="limits")),
-        (
-            [{k: v for k, v in ball("a").items() if k != "track"}, ball("b")],
-            refused("machine.bodies[1] (a).diameter", given=0.02),
-        ),
     ],
 )
 def test_tracks_that_cannot_be_are_refused(bodies, refusal):
     with refusal:
         machine_from({"carrier": {"directions": "fixed"}, "bodies": [RING, *bodies], "drive": STILL})
-
-
-@pytest.mark.slow
-def test_as_many_as_fit():
-    """31 balls of 0.2003 rad fill 6.2105 of 6.2832 rad."""
-    bodies = [ball(f"b{i}") for i in range(31)]
-    machine = machine_from({"carrier": {"directions": "fixed"}, "bodies": [RING, *bodies], "drive": STILL})
-    assert len(machine.tracks[0].bodies) == 31
 
 
 INVERTER = {
@@ -292,15 +171,12 @@ ON_SPRINGS = {"mass": 2.0, "stiffness": 2e4, "damping": 10.0}
 @pytest.mark.parametrize(
     ("drives", "schedules", "fastest"),
     [
-        ([INVERTER], [("drive.set_speed", [["0 s", "0 rpm"], ["15 s", "1200 rpm"]], "linear")], 40 * math.pi),
         ([INVERTER], [("drive.set_speed", [[0, 0], ["3 s", "-1500 rpm"], ["9 s", "600 rpm"]], "smooth")], 50 * math.pi),
         ([INVERTER], [("drive.set_speed", [["1 s", "0 rpm"], ["3 s", "2400 rpm"], ["4 s", "0 rpm"]], "steps")], 80 * math.pi),
-        ([STILL], [("drive.speed", [[0, 0], [5, 300], [9, 100]], "linear")], 300.0),
         ([MOTOR, STILL | {"on": "other"}], [("drives.other.speed", [[0, 0], [5, -400]], "linear")], 400.0),
-        ([MOTOR], [], 150.0),
     ],
-    ids=["inverter", "both ways", "steps", "prescribed", "two drives", "none"],
-)  # fmt: skip
+    ids=["both ways", "steps", "two drives"],
+)
 def test_contacts_are_fast_beside_the_fastest_operation_of_the_schedules(drives, schedules, fastest):
     """Twenty times it, not twenty times the operation at the start of a schedule, which may be standstill."""
     other = [{"kind": "rotor", "name": "other", "mass": 1.0, "eccentricity": 0.0, "inertia": 0.01}] if len(drives) > 1 else []
@@ -312,30 +188,3 @@ def test_contacts_are_fast_beside_the_fastest_operation_of_the_schedules(drives,
         }
     )  # fmt: skip
     assert machine.values["tracks.t.contact_frequency"] == pytest.approx(20 * fastest, rel=1e-6)
-
-
-def deepest(speed, frequency, restitution):
-    """The overlap of two that meet with a relative speed: a damped half period, by calculus."""
-    zeta = -math.log(restitution) / math.hypot(math.pi, math.log(restitution))
-    return speed / frequency * math.exp(-zeta / math.sqrt(1 - zeta**2) * math.acos(zeta))
-
-
-@pytest.mark.parametrize("degrees", [0.97, 1.03])
-def test_how_far_balls_overlap_is_reported_and_too_far_is_a_warning(degrees):
-    """Two balls that meet once, head on, on a ring that is held: the larger overlap is beyond 1 degree."""
-    frequency = 500.0
-    speed = math.radians(degrees) / deepest(1.0, frequency, 0.5)
-    machine = machine_from(
-        {
-            "carrier": {"directions": "fixed"}, "bodies": [RING, ball("a"), ball("b")], "drive": STILL,
-            "tracks": {"t": {"contact_frequency": frequency}},
-        }
-    )  # fmt: skip
-    start = {"a": {"angle": 0.0, "speed": speed / 2}, "b": {"angle": 0.5, "speed": -speed / 2}}
-    result = run(RunUp(until=0.6 / speed, start=start), machine)
-    summary = result.wucht.summary
-    assert summary["contact_frequencies"] == {"t": frequency}
-    assert math.degrees(summary["overlaps"]["t"]) == pytest.approx(degrees, rel=0.02)
-    assert summary["overlap_lengths"]["t"] == pytest.approx(0.1 * summary["overlaps"]["t"])
-    assert any("overlap by up to" in w for w in result.wucht.warnings) == (degrees > 1)
-    assert any(line.startswith("  contacts     of 500 rad/s; bodies overlap by 1.") for line in report(result))

@@ -75,14 +75,6 @@ def test_the_rates_are_those_at_rest_rotated(prescribed: Any) -> None:
         np.testing.assert_allclose(rate, expected[name], rtol=1e-12, atol=1e-12, err_msg=name)
 
 
-def test_what_is_zero_in_the_frame_is_gone() -> None:
-    """The sine of the rotor's own angle, and all that it multiplies: fewer lines than at rest, and no angle of the rotor."""
-    fixed = system(PARTS)
-    turned = corotating(fixed, PLANE)
-    assert len(turned.definitions) < len(fixed.definitions)
-    assert not any(PHI.position in e.free_symbols for _, e in turned.definitions)
-
-
 @pytest.mark.parametrize(
     ("odd", "refusal"),
     [
@@ -103,9 +95,3 @@ def test_a_parameter_that_is_zero_disturbs_nothing_and_is_left_out() -> None:
     refuse_oriented(parts, PLANE, (G,))
     turned = corotating(system(parts), PLANE, (G,))
     assert "g" not in turned.parameter_names
-
-
-def test_a_force_that_follows_the_rotor_is_allowed() -> None:
-    """A spring that turns with the rotor: its potential is that of a rotated displacement."""
-    along = X.position * sp.cos(PHI.position) + Y.position * sp.sin(PHI.position)
-    refuse_oriented((*PARTS, Energies(potential=L * along**2)), PLANE)

@@ -8,7 +8,7 @@ import sympy as sp
 
 from wucht.files.building import machine_from
 from wucht.mechanics.elimination import solve_by_elimination
-from wucht.mechanics.phasors import Lines
+from wucht.mechanics.phasors import HarmonicResponse, Lines, Phasor, product
 from wucht.system import substitute_definitions
 
 
@@ -29,38 +29,6 @@ def test_random_symmetric_matrices_exactly(seed):
     mass = full * full.T + sp.diag(*[draw.randint(1, 4) for _ in range(n)])
     forces = sp.Matrix(n, 1, lambda i, j: sp.Rational(draw.randint(-9, 9), draw.randint(1, 5)))
     assert solved(mass, forces) == mass.LUsolve(forces)
-
-
-@pytest.mark.parametrize(
-    "pattern",
-    [
-        [[1, 1], [1, 1]],
-        [[1, 1, 1], [1, 1, 1], [1, 1, 1]],
-        [[1, 0, 1], [0, 1, 1], [1, 1, 1]],
-    ],
-    ids=["full 2x2", "full 3x3", "arrow"],
-)
-def test_symbolic_matrices(pattern):
-    n = len(pattern)
-    mass = sp.Matrix(n, n, lambda i, j: sp.Symbol(f"m{min(i, j)}{max(i, j)}") * pattern[i][j])
-    forces = sp.Matrix(sp.symbols(f"f:{n}"))
-    assert (solved(mass, forces) - mass.LUsolve(forces)).applyfunc(sp.cancel) == sp.zeros(n, 1)
-
-
-def test_a_chain_of_four_symbolically():
-    """Solved in symbols first, then compared at rational values, which is exact."""
-    mass = sp.Matrix(4, 4, lambda i, j: sp.Symbol(f"m{min(i, j)}{max(i, j)}") if abs(i - j) < 2 else sp.S.Zero)
-    forces = sp.Matrix(sp.symbols("f:4"))
-    symbolic, draw = solved(mass, forces), random.Random(4)
-    for _ in range(5):
-        numbers = {s: sp.Rational(draw.randint(1, 50), draw.randint(1, 9)) for s in mass.free_symbols | forces.free_symbols}
-        assert symbolic.xreplace(numbers) == mass.xreplace(numbers).LUsolve(forces.xreplace(numbers))
-
-
-def test_nothing_to_solve():
-    lines = Lines()
-    assert solve_by_elimination(sp.Matrix(0, 0, []), [], [], lines) == []
-    assert lines.pairs == []
 
 
 def rotor_with(pendulums):
@@ -86,23 +54,54 @@ def test_the_program_grows_linearly_with_the_number_of_bodies():
     assert lines[8] - lines[4] <= 4 * 15
 
 
-def test_eight_pendulums_numerically():
-    """The straight-line program against NumPy's LU decomposition of the whole mass matrix."""
-    machine = rotor_with(8)
-    system, motion = machine.system, machine.system.second_order
-    draw = random.Random(8)
-    values = machine.numbers | {s: draw.uniform(-2, 2) for s in system.states}
-    for symbol, expression in system.definitions:
-        values[symbol] = float(expression.xreplace(values))
-    accelerations = [float(d.xreplace(values)) for d in system.derivatives[len(motion.coordinates) :]]
-    mass = np.array(motion.mass.xreplace(values).tolist(), float)
-    forces = np.array(motion.forces.xreplace(values).tolist(), float).ravel()
-    assert np.allclose(mass, mass.T, rtol=0, atol=0)
-    assert np.allclose(accelerations, np.linalg.solve(mass, forces), rtol=1e-9)
-
-
 def test_a_matrix_that_is_not_symmetric_is_eliminated_in_the_given_order():
     """Its last row has the fewest entries, and a zero on the diagonal: it cannot come first."""
     matrix, right = sp.Matrix([[1, 1, 1], [1, 2, 0], [1, 0, 0]]), [sp.Integer(6), sp.Integer(5), sp.Integer(1)]
     found = solve_by_elimination(matrix, right, "abc", lines := Lines(), symmetric=False)
     assert [substitute_definitions(sp.sympify(a), lines.pairs) for a in found] == [1, 2, 3]
+
+
+A, B, C = sp.symbols("a b c", real=True)
+
+
+def numbers(lines: Lines, *expressions: sp.Expr) -> list[float]:
+    """Evaluate definitions in order, then expressions, without free parameters."""
+    known: dict[sp.Symbol, sp.Expr] = {}
+    for symbol, expression in lines.pairs:
+        assert symbol not in known  # every result has a name of its own
+        known[symbol] = sp.sympify(expression).xreplace(known)
+    return [float(sp.sympify(e).xreplace(known)) for e in expressions]
+
+
+def test_arithmetic_is_that_of_complex_numbers() -> None:
+    a, b = Phasor(A, B), Phasor(B, C)
+    x, y = A + sp.I * B, B + sp.I * C
+    for computed, meant in ((a * b, x * y), (a + b, x + y), (a - b, x - y), (a.times_i, sp.I * x), (a.conj, A - sp.I * B)):
+        assert sp.expand(computed.re + sp.I * computed.im - meant) == 0
+    assert product([a, b], [b, a]) == Phasor(sp.Add(*2 * [(a * b).re]), sp.Add(*2 * [(a * b).im]))
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 4])
+def test_response_of_coupled_coordinates(size: int) -> None:
+    """Against numpy's solution of K - w^2 M + i w C, for two forces with one factorisation."""
+    rng = np.random.default_rng(size)
+    mass, damping, stiffness = (r @ r.T + np.eye(size) for r in rng.normal(size=(3, size, size)))
+    forces = rng.normal(size=(2, size)) + 1j * rng.normal(size=(2, size))
+    lines = Lines()
+    names = [f"q{i}" for i in range(size)]
+    symbolic = [sp.Matrix(size, size, list(map(sp.Float, m.ravel()))) for m in (mass, damping, stiffness)]
+    response = HarmonicResponse(symbolic[0], symbolic[1], symbolic[2], sp.Float(1.7), names, lines)
+    dynamic = stiffness - 1.7**2 * mass + 1.7j * damping
+    for k, force in enumerate(forces):
+        z = response([Phasor(sp.Float(f.real), sp.Float(f.imag)) for f in force], f"z{k}")
+        values = numbers(lines, *(x for p in z for x in (p.re, p.im)))
+        amplitudes = np.array(values[::2]) + 1j * np.array(values[1::2])
+        assert np.abs(amplitudes - np.linalg.solve(dynamic, force)).max() < 1e-10
+
+
+def test_an_undamped_coordinate_has_a_real_response() -> None:
+    lines = Lines()
+    response = HarmonicResponse(sp.Matrix([[2.0]]), sp.Matrix([[0]]), sp.Matrix([[5.0]]), sp.Float(3.0), ["x"], lines)
+    (z,) = response([Phasor(sp.S.One)], "z")
+    assert z.im == 0
+    assert numbers(lines, z.re) == pytest.approx([1 / (5 - 9 * 2)])

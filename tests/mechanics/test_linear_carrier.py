@@ -3,7 +3,6 @@
 import sympy as sp
 from tests.refusals import rejected
 
-from wucht.files.building import machine_from
 from wucht.mechanics.energies import Energies
 from wucht.mechanics.lagrange import Coordinate
 from wucht.mechanics.linear_carrier import linear_carrier
@@ -40,19 +39,6 @@ def test_a_rotor_excites_with_U_times_1_and_minus_i():
     assert turning == U * w**2 * sp.Matrix([sp.cos(phi.position), sp.sin(phi.position)])
 
 
-def test_a_body_mounted_at_an_angle_excites_with_a_phase():
-    ahead = ROTOR.kinetic.subs(phi.position, phi.position + sp.pi / 3)
-    excitation = linear_carrier([Energies(kinetic=ahead)], [x, y], [phi]).excitation[0]
-    expected = U * sp.exp(sp.I * sp.pi / 3) * sp.Matrix([1, -sp.I])
-    assert (excitation - expected).applyfunc(lambda e: sp.simplify(e.expand(complex=True))) == sp.zeros(2, 1)
-
-
-def test_one_direction_only():
-    carrier = linear_carrier([Energies(kinetic=m * vx**2 / 2 - U * w * vx * sp.sin(phi.position))], [x], [phi])
-    assert carrier.mass == sp.Matrix([m])
-    assert carrier.excitation[0] == sp.Matrix([U])
-
-
 def test_a_carrier_that_is_not_linear_is_refused():
     hardening = Energies(potential=kx * x.position**4)
     with rejected("not-constant", "stiffness"):
@@ -63,27 +49,6 @@ def test_a_carrier_that_is_not_linear_is_refused():
     moving_inertia = Energies(kinetic=m * sp.cos(phi.position) ** 2 * vx**2)
     with rejected("not-constant", "mass"):
         linear_carrier([SUPPORT, ROTOR, moving_inertia], [x, y], [phi])
-
-
-def test_a_machine_with_a_pendulum_and_a_roller():
-    machine = machine_from(
-        {
-            "carrier": {"mass": 1.0, "stiffness": [4.0, 9.0], "damping": [0.4, 0.6], "gravity": 9.81},
-            "bodies": [
-                {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.1, "inertia": 0.5},
-                {"kind": "pendulum", "name": "p", "about": "drum", "mass": 0.5, "length": 0.2},
-                {"kind": "roller", "name": "r", "about": "drum", "mass": 0.25, "track_radius": 0.3, "radius": 0.1},
-            ],
-        }
-    )
-    carrier, at = machine.linear_carrier, machine.numbers
-    assert carrier.mass.xreplace(at) == 3.75 * sp.eye(2)
-    assert carrier.stiffness.xreplace(at) == sp.diag(4.0, 9.0)
-    assert carrier.damping.xreplace(at) == sp.diag(0.4, 0.6)
-    strengths = [complex(e[0].xreplace(at)) for e in carrier.excitation]
-    assert [abs(s) for s in strengths] == [0.2, 0.1, 0.25 * (0.3 - 0.1)]
-    assert all(complex(e[1].xreplace(at)) == -1j * s for e, s in zip(carrier.excitation, strengths, strict=True))
-    assert [float(f) for f in carrier.load.xreplace(at)] == [0.0, -3.75 * 9.81]
 
 
 def test_a_coupling_with_a_mean_excites_by_its_wave_alone():

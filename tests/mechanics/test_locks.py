@@ -3,20 +3,23 @@
 The witness is another mechanism: the same masses rigidly connected, described by absolute positions (``tests/witness.py``).
 """
 
+from __future__ import annotations
+
 import math
+from itertools import product
 
 import numpy as np
 import pytest
 import sympy as sp
-from tests.refusals import refused
 
-from witness import Mechanism, along
 from wucht import RunUp, run
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.files.building import machine_from
+from wucht.mechanics.energies import InternalState, StateDescription
+from wucht.mechanics.lagrange import Coordinate, Lock, acceleration, first_order, reaction
 from wucht.numerics.flow.compiled_system import compile_system
 from wucht.numerics.flow.integration import integrate
+from wucht.system import TIME, SecondOrder
 
 FAR = {"time": 1e6}
 DRUM = {"kind": "rotor", "name": "drum", "mass": 2.0, "eccentricity": 0.02, "inertia": 0.02, "bearing_damping": 1e-3}
@@ -47,101 +50,12 @@ def states(machine, start, grid=TIME_GRID, parameters=None, initial=None):
     return dict(zip(machine.system.state_names, trajectory.states, strict=True)) | dict(trajectory.quadratures) | outputs
 
 
-def connected(free_p1, free_p2, drive=True):
-    """The same masses, with p1 and p2 rigidly connected to what they turn about unless they are free."""
-    names = ["x", "y", "phi", *(["one"] if free_p1 else []), *(["two"] if free_p2 else [])]
-    m = Mechanism(*names)
-    q = dict(zip(names, m.q, strict=True))
-    x, y, phi = q["x"], q["y"], q["phi"]
-    angle_1 = q["one"] if free_p1 else phi + START["p1"]
-    angle_2 = q["two"] if free_p2 else angle_1 + START["p2"]
-    at, g = sp.Matrix([x, y]), 9.81
-    m.mass(1.0, at, g)
-    for mass, arm, angle, inertia in ((2.0, 0.02, phi, 0.02), (0.3, 0.1, angle_1, 0.004), (0.2, 0.15, angle_2, 0.2 * 0.15**2)):
-        m.mass(mass, at + arm * along(angle), g)
-        m.turning(inertia - mass * arm**2, angle)
-    m.spring(4e3, x)
-    m.spring(9e3, y)
-    m.damper(6.0, x)
-    m.damper(9.0, y)
-    m.damper(1e-3, phi)
-    m.damper(0.02, angle_1 - phi)
-    m.damper(0.03, angle_2 - angle_1)
-    if drive:
-        m.force(0.05 * (45.0 - m.rate(phi)), phi)
-    return m
-
-
-def expected(free_p1, free_p2):
-    m = connected(free_p1, free_p2)
-    first = START["drum"] + START["p1"]
-    begin = [0.0, -9.81 * 3.5 / 9e3, START["drum"], *([first] if free_p1 else []), *([first + START["p2"]] if free_p2 else [])]
-    motion = m.motion(begin, np.zeros(len(begin)), TIME_GRID)
-    names = [str(s) for s in (*m.q, *m.v)]
-    return dict(zip(names, motion, strict=True))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("first", "second"), [(None, None), (FAR, None), (None, FAR), (FAR, FAR)], ids=["free", "first", "second", "chain"]
-)
-def test_a_locked_body_is_rigidly_connected(first, second):
-    """All combinations in a chain of two; both integrations are right to some 1e-11 over ten turns."""
-    motion, other = states(released(first, second), START), expected(first is None, second is None)
-    for name, theirs in (("carrier.x", "x"), ("carrier.y", "y"), ("drum.angle", "phi"), ("drum.speed", "dphi")):
-        assert motion[name] == pytest.approx(other[theirs], abs=1e-9 * np.abs(other[theirs]).max())
-    angle_1 = other["one"] if "one" in other else other["phi"] + START["p1"]
-    angle_2 = other["two"] if "two" in other else angle_1 + START["p2"]
-    assert motion["p1.angle"] == pytest.approx(angle_1, abs=1e-8)
-    assert motion["p2.angle"] == pytest.approx(angle_2, abs=1e-8)
-    assert np.abs(motion["drum.speed"]).max() > 10  # it did something
-
-
 def test_locks_do_no_work_and_locked_dampers_lose_none():
     motion = states(released(FAR, FAR), START)
     gap = motion["supplied_work"] - motion["dissipated_work"] - motion["stored_energy"] + motion["stored_energy"][0]
     assert np.abs(gap).max() < 1e-9 * motion["supplied_work"].max()
     stiff = states(released(FAR, FAR, bodies=[DRUM, P1 | {"release": FAR, "damping": 9.0}, P2 | {"release": FAR}]), START)
     assert stiff["dissipated_work"] == pytest.approx(motion["dissipated_work"], rel=1e-9, abs=1e-9)
-
-
-@pytest.mark.slow
-def test_after_its_release_a_body_is_free():
-    """A run with releases at 0.5 s and 0.8 s is three runs one after the other: locked, half locked, free."""
-    machine = released({"time": 0.8}, {"time": 0.5})
-    machine, initial = prepare_start(machine, START)
-    result = run(RunUp(until=2.0, start=START), machine)
-    state, parts = initial, []
-    for begin, end, locked in ((0.0, 0.5, (1, 1)), (0.5, 0.8, (1, 0)), (0.8, 2.0, (0, 0))):
-        values = machine.values | dict(zip(("p1.locked", "p2.locked"), locked, strict=True))
-        flow = compile_system(machine.system)
-        part = integrate(flow, state, values, np.linspace(begin, end, 2))
-        state = part.end_state
-        parts.append(state)
-    names = machine.system.state_names
-    for body in ("drum", "p1", "p2"):
-        assert float(result.angle.sel(body=body)[-1]) == pytest.approx(parts[-1][names.index(f"{body}.angle")], abs=1e-8)
-        assert float(result.speed.sel(body=body)[-1]) == pytest.approx(parts[-1][names.index(f"{body}.speed")], abs=1e-7)
-    relative = (result.angle.sel(body="p2") - result.angle.sel(body="p1")).values
-    before = result.time.values < 0.5
-    assert relative[before] == pytest.approx(START["p2"], abs=1e-11)
-    assert np.abs(relative[~before] - START["p2"]).max() > 0.1
-    assert result.attrs["failure"] == ""
-
-
-@pytest.mark.slow
-def test_released_at_a_speed():
-    """p1 until the drum has reached 10 rad/s: until then the run is that of the locked machine."""
-    machine = released({"speed": 10.0}, None)
-    result = run(RunUp(until=1.2, start=START), machine)
-    relative = (result.angle.sel(body="p1") - result.angle.sel(body="drum")).values
-    speed = result.speed.sel(body="drum").values
-    first = int(np.argmax(speed >= 10.0))
-    assert relative[:first] == pytest.approx(START["p1"], abs=1e-11)
-    assert np.abs(relative[first + 3 :] - START["p1"]).min() > 0
-    assert np.abs(relative[first:] - START["p1"]).max() > 0.1
-    locked = run(RunUp(until=1.2, start=START), released(FAR, None))
-    assert speed[:first] == pytest.approx(locked.speed.sel(body="drum").values[:first], abs=1e-8)
 
 
 @pytest.mark.parametrize("speed", [pytest.param(50.0, marks=pytest.mark.slow), -50.0])
@@ -157,48 +71,6 @@ def test_a_speed_of_release_that_is_reached_at_the_start(speed):
         assert (never.angle.sel(body="p1") - never.angle.sel(body="drum")).values == pytest.approx(0.7, abs=1e-10)
 
 
-def test_a_speed_of_release_that_no_other_body_can_reach_is_refused():
-    with refused("machine.bodies[0] (drum).release", given=None, code="out-of-reach"):
-        machine_from(MACHINE | {"bodies": [DRUM | {"release": {"speed": 5.0}}, P1, P2]})
-
-
-@pytest.mark.slow
-def test_the_torque_on_a_drum_of_given_speed_carries_what_is_locked_to_it():
-    """phi = 30 t with both pendulums locked: the torque is the reaction in the rigidly connected mechanism."""
-    machine = released(FAR, FAR, drive={"kind": "constant-speed", "speed": 30.0, "angle": 0.4})
-    motion = states(machine, {"p1": 0.7, "p2": -1.1})
-    m = connected(False, False, drive=False)
-    x, y, phi = m.q
-    a, b = sp.symbols("a b", real=True)
-    along_x, along_y, torque = m.residuals([a, b, sp.S.Zero])
-    accelerations = sp.solve([along_x, along_y], [a, b], dict=True)[0]
-    function = sp.lambdify((x, y, phi, *m.v), torque.xreplace(accelerations))
-    given = (motion[n] for n in ("carrier.x", "carrier.y", "drum.angle", "carrier.vx", "carrier.vy"))
-    needed = function(*given, np.full(len(TIME_GRID), 30.0))
-    assert motion["motor_torque"] == pytest.approx(needed, abs=1e-9 * np.abs(needed).max())
-    assert motion["drum.angle"] == pytest.approx(0.4 + 30 * TIME_GRID, abs=1e-11)
-    gap = motion["supplied_work"] - motion["dissipated_work"] - motion["stored_energy"] + motion["stored_energy"][0]
-    assert np.abs(gap).max() < 1e-9 * np.abs(motion["stored_energy"]).max()
-
-
-def test_the_torque_on_a_drum_that_is_sped_up():
-    """The prescribed speed rises from 0 to 30 rad/s within 1 s: the torque holds the locked pendulums' inertia as well."""
-    ramp = {"parameter": "drive.speed", "points": [[0.0, 0.0], [1.0, 30.0]]}
-    machine = machine_from(
-        MACHINE
-        | {
-            "bodies": [DRUM | {"eccentricity": 0.0, "bearing_damping": 0.0}, P1 | {"release": FAR}, P2 | {"release": FAR}],
-            "carrier": {"directions": "fixed"}, "drive": {"kind": "constant-speed", "speed": 0.0}, "schedules": [ramp],
-        }
-    )  # fmt: skip
-    motion = states(machine, {"p1": 0.7, "p2": -1.1}, np.linspace(0, 2, 41))
-    inertia = 0.02 + 0.004 + 0.2 * 0.15**2
-    time = np.linspace(0, 2, 41)
-    away = time != 1.0
-    assert motion["motor_torque"][away] == pytest.approx(np.where(time < 1, 30 * inertia, 0.0)[away], abs=1e-11)
-    assert motion["p2.angle"] == pytest.approx(np.where(time < 1, 15 * time**2, 30 * time - 15) - 0.4, abs=1e-11)
-
-
 def test_a_locked_rotor_turns_with_a_carrier_that_turns():
     """On a carrier that turns about the normal the locked rotor is part of it: frequency sqrt(c/(Theta + J + m a^2))."""
     body = {"kind": "rotor", "name": "exciter", "mass": 2.0, "eccentricity": 0.0, "inertia": 0.05, "release": FAR}
@@ -210,11 +82,93 @@ def test_a_locked_rotor_turns_with_a_carrier_that_turns():
     assert motion["exciter.angle"] == pytest.approx(motion["carrier.r"] - 0.01, abs=1e-11)
 
 
-def test_a_locked_rotor_on_a_planar_carrier_that_starts_to_turn():
-    body = {"kind": "rotor", "name": "exciter", "mass": 2.0, "eccentricity": 0.0, "inertia": 0.05, "release": FAR}
-    carrier = {"directions": "xyr", "mass": 5.0, "inertia": 0.4, "stiffness": 100.0, "rotation_stiffness": 90.0}
-    machine = machine_from({"carrier": carrier, "bodies": [body]})
-    motion = states(machine, {"carrier": {"vr": 0.2}})
-    frequency = math.sqrt(90.0 / (0.4 + 0.05))
-    assert motion["carrier.r"] == pytest.approx(0.2 / frequency * np.sin(frequency * TIME_GRID), abs=1e-11)
-    assert motion["exciter.angle"] == pytest.approx(motion["carrier.r"], abs=1e-11)
+COUNT = 4
+SWITCHES = sp.symbols("l0:4", real=True)
+SPEED = 3.0 + 2.5 * TIME**2  # of a driven coordinate: its acceleration is 5 t
+
+
+def mechanism(
+    locks: list[Lock], on: tuple[bool, ...], driven: int | None
+) -> tuple[np.ndarray, np.ndarray, dict[sp.Symbol, float]]:
+    """Mass matrix and forces of four coordinates at random, and the values of all definitions at t = 0.4 with some locks on."""
+    random = np.random.default_rng(5)
+    root = random.normal(size=(COUNT, COUNT))
+    mass, forces = root @ root.T + COUNT * np.eye(COUNT), random.normal(size=COUNT)
+    coordinates = [
+        Coordinate.from_names(f"q{i}", f"v{i}", prescribed_velocity=SPEED if i == driven else None) for i in range(COUNT)
+    ]
+    motion = SecondOrder(
+        tuple(c.position for c in coordinates), tuple(c.velocity for c in coordinates), sp.ImmutableMatrix(mass),
+        sp.ImmutableMatrix(forces),
+    )  # fmt: skip
+    system = first_order(motion, coordinates, tuple(lock.switch for lock in locks), locks=locks)
+    switches = {lock.switch: float(is_on) for lock, is_on in zip(locks, on, strict=True)}
+    values: dict[sp.Symbol, float] = {TIME: 0.4} | switches
+    for symbol, expression in system.definitions:
+        values[symbol] = float(sp.sympify(expression).xreplace(values))
+    return mass, forces, values
+
+
+def by_multipliers(
+    mass: np.ndarray, forces: np.ndarray, pairs: list[tuple[int, int | None]], driven: int | None
+) -> tuple[np.ndarray, float]:
+    """Accelerations with a_i = a_k (or 0) for each pair, and the force that gives the driven one its acceleration of 2."""
+    rows, right = [], []
+    for i, k in pairs:
+        rows.append(np.eye(COUNT)[i] - (np.eye(COUNT)[k] if k is not None else 0.0))
+        right.append(0.0)
+    if driven is not None:
+        rows.append(np.eye(COUNT)[driven])
+        right.append(2.0)
+    c = np.array(rows).reshape(-1, COUNT)
+    whole = np.block([[mass, -c.T], [c, np.zeros((len(c), len(c)))]])
+    solution = np.linalg.solve(whole, np.concatenate([forces, right]))
+    return solution[:COUNT], float(solution[-1]) if driven is not None else 0.0
+
+
+LOCKS = {
+    "at rest": [(1, None)],
+    "to the next": [(1, 2)],
+    "to one before": [(3, 0)],
+    "two to one": [(1, 0), (2, 0)],
+    "a chain": [(2, 1), (1, 0)],
+    "a chain of three": [(3, 2), (2, 1), (1, 0)],
+    "a chain at rest": [(2, 1), (1, None)],
+}
+
+
+@pytest.mark.parametrize("driven", [None, 0])
+@pytest.mark.parametrize("pairs", LOCKS.values(), ids=LOCKS)
+def test_locked_coordinates_have_one_acceleration(pairs: list[tuple[int, int | None]], driven: int | None) -> None:
+    """With each of them on and off: those on the followers of others come first."""
+    locks = [Lock(i, k, SWITCHES[i]) for i, k in pairs]
+    for on in product([True, False], repeat=len(locks)):
+        mass, forces, values = mechanism(locks, on, driven)
+        active = [pair for pair, is_on in zip(pairs, on, strict=True) if is_on]
+        expected, force = by_multipliers(mass, forces, active, driven)
+        found = [values[acceleration(Coordinate.from_names(f"q{i}", f"v{i}"))] for i in range(COUNT)]
+        assert found == pytest.approx(expected, rel=1e-9, abs=1e-12)
+        if driven is not None:
+            assert values[reaction(Coordinate.from_names("q0", "v0"))] == pytest.approx(force, rel=1e-9)
+            assert values[sp.Symbol("v0", real=True)] == pytest.approx(3.0 + 2.5 * 0.16)
+
+
+def test_states_are_positions_free_velocities_and_internal_states() -> None:
+    q, v = zip(*[(f"q{i}", f"v{i}") for i in range(3)], strict=True)
+    coordinates = [Coordinate.from_names(a, b, angle=i == 2, prescribed_velocity=SPEED if i == 1 else None)
+                   for i, (a, b) in enumerate(zip(q, v, strict=True))]  # fmt: skip
+    description = StateDescription("z", "m", "strain", "z")
+    state = InternalState(description.at("damper"), coordinates[0].velocity - 4, description, sp.S.One)
+    motion = SecondOrder(
+        tuple(c.position for c in coordinates), tuple(c.velocity for c in coordinates), sp.ImmutableMatrix(np.diag([2, 3, 4])),
+        sp.ImmutableMatrix([10, 20, 30]),
+    )  # fmt: skip
+    system = first_order(motion, coordinates, (), internal=[state])
+    assert system.state_names == ("q0", "q1", "q2", "v0", "v2", "damper.z")
+    assert {s.name for s in system.angles} == {"q2"}
+    values = {TIME: 0.4, coordinates[0].velocity: 7.0}
+    for symbol, expression in system.definitions:
+        values[symbol] = float(sp.sympify(expression).xreplace(values))
+    rates = [sp.sympify(d).xreplace(values) for d in system.derivatives]
+    assert [float(r) for r in (rates[0], rates[1], *rates[3:])] == pytest.approx([7.0, 3.4, 5.0, 7.5, 3.0])
+    assert values[reaction(coordinates[1])] == pytest.approx(3 * 2.0 - 20)

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import sympy as sp
 
-from wucht.mechanics.phasors import Lines, Phasor
+from wucht.mechanics.phasors import Phasor
 from wucht.mechanics.rotating_bodies.averaged_system import derive_averaged_system
-from wucht.mechanics.rotating_bodies.bodies import RotatingBodies, absolute_torque_slope, body_symbol
-from wucht.mechanics.rotating_bodies.coupling import Coupling, _is_round
-from wucht.mechanics.rotating_bodies.solution import _largest_radius, with_inertia, without_inertia
-from wucht.system import TIME, System
+from wucht.mechanics.rotating_bodies.bodies import RotatingBodies
+from wucht.system import System
 
 # Rotor a with the body b about it, and rotor c: on a carrier of mass 3 in x and y, sprung alike.
 BODIES = RotatingBodies(
@@ -47,17 +44,6 @@ def vibration() -> tuple[np.ndarray, np.ndarray]:
     excitation = np.array([[u, -1j * u] for u in (0.5, 0.25, 0.125)])
     z = w**2 * (np.exp(1j * alpha) @ excitation) / (100 - 3 * w**2 + 1j * w)
     return z, 0.5 * (np.exp(1j * alpha) * (excitation @ np.conj(-(w**2) * z))).imag
-
-
-def test_phases_are_measured_from_the_rotor_and_of_rotors_from_the_main_one() -> None:
-    assert BODIES.rotors == (0, 2) and BODIES.free == [0, 1, 2] and BODIES.group(0) == [0, 1] and BODIES.group(2) == [2]
-    deep = replace(BODIES, heads=(0, 2, 2))
-    b, c = (body_symbol(n, "phase") for n in "bc")
-    assert [BODIES.total_phase(i) for i in range(3)] == [0, b, c] and deep.total_phase(1) == b + c
-    assert [deep.reference(i) for i in range(3)] == [0, 2, 0]
-    assert absolute_torque_slope(BODIES, 0, sp.Integer(3)) == -sp.Rational(5, 4)
-    fixed = replace(BODIES, fixed_speed=sp.Integer(9))
-    assert fixed.free == [1, 2] and fixed.frequency == 9 and fixed.speed(2) == body_symbol("c", "speed")
 
 
 def test_outputs_with_the_inertia_of_all_bodies() -> None:
@@ -101,112 +87,6 @@ def test_outputs_where_a_body_keeps_no_inertia() -> None:
     assert values(system, ("stored_energy",)) == pytest.approx([(5 * 4.0**2 + 5 * 3.5**2) / 2])
     supplied, lost, vibrating = 16.0 * 4 + 2.25 * 3.5, 4 * 4 / 4 + 4 * 4 / 8, -float(torques @ [4.0, 4.0, 3.5])
     assert values(system, ("supplied_work", "dissipated_work", "vibration_work")) == pytest.approx([supplied, lost, vibrating])
-
-
-def test_rows_as_they_stand_on_paper() -> None:
-    """Each with its inertia, torques and losses; without inertia of a body: of a group the sum, and of the body its slip."""
-    V = sp.symbols("V_a V_b V_c", real=True)
-    a, b, c, da, db, dc = (body_symbol(n, q) for q in ("speed", "speed.rate") for n in "abc")
-    _, _, rows = with_inertia(BODIES, Lines(), V)
-    assert [sp.expand(lhs - rhs) for lhs, rhs in rows] == [
-        sp.expand(2 * da - (20 - a - a / 4 - 7 * a + 7 * b + V[0])), sp.expand(3 * db - (-b / 8 + 7 * a - 7 * b + V[1])),
-        sp.expand(5 * dc - (4 - c / 2 + V[2])),
-    ]  # fmt: skip
-    speeds, accelerations, rows = without_inertia(BODIES, Lines(), V)
-    slip = body_symbol("b", "slip")
-    assert [sp.expand(lhs - rhs) for lhs, rhs in rows] == [
-        sp.expand(5 * da - (20 - a - a / 4 - a / 8 + V[0] + V[1])), sp.expand(7 * slip - (-a / 8 + V[1] - 3 * da)),
-        sp.expand(5 * dc - (4 - c / 2 + V[2])),
-    ]  # fmt: skip
-    assert speeds[0] == a and speeds[2] == c and accelerations[0] == accelerations[1]
-
-
-def test_a_prescribed_speed_that_grows_turns_its_body_too() -> None:
-    """Without inertia of the body it slips by J w'/7 against it, and no row is left for the rotor."""
-    growing = replace(BODIES, fixed_speed=3 + 2 * TIME)
-    _, accelerations, rows = without_inertia(growing, Lines(), (sp.S.Zero,) * 3)
-    assert accelerations[:2] == [2, 2] and len(rows) == 2
-    (_, rhs), _ = rows
-    assert sp.expand(rhs + (3 + 2 * TIME) / 8 + 3 * 2) == 0
-    _, torques = vibration()
-    # The motor moves its rotor alone, against the damper; or with the body, which keeps no inertia of its own.
-    alone, together = 2 * 2 + 4.0 / 4 + 7 * (4.0 - 4.5) - torques[0], (2 + 3) * 2 + 4.0 / 4 + 4.0 / 8 - torques[0] - torques[1]
-    for inertia, states, motor in ((True, ["b.speed", "c.speed"], alone), (False, ["c.speed"], together)):
-        system = derive_averaged_system(growing, inertia).system
-        assert [s.name for s in system.states] == ["b.phase", "c.phase", *states]
-        numbers = {TIME: 0.5} | {s: AT[s.name] for s in system.states}
-        for symbol, expression in system.definitions:
-            numbers[symbol] = float(sp.sympify(expression).xreplace(numbers))
-        assert float(sp.sympify(system.output("motor_torque").expression).xreplace(numbers)) == pytest.approx(motor)
-
-
-def test_a_prescribed_speed_that_grows_moves_what_is_coupled_to_it_by_inertia() -> None:
-    """As a roller in a drum: J_b w_b' = ... - J_ab w_a'."""
-    coupled = sp.ImmutableMatrix(BODIES.inertia + sp.Matrix(3, 3, lambda i, k: int({i, k} == {0, 1})))
-    for inertia, more in ((BODIES.inertia, 0), (coupled, -2)):
-        growing = replace(BODIES, fixed_speed=3 + 2 * TIME, inertia=inertia)
-        _, accelerations, rows = with_inertia(growing, Lines(), (sp.S.Zero,) * 3)
-        b = body_symbol("b", "speed")
-        (lhs, rhs), _ = rows
-        assert lhs == 3 * body_symbol("b", "speed.rate") and accelerations[0] == 2
-        assert sp.expand(rhs - (-b / 8 - 7 * (b - 3 - 2 * TIME) + more)) == 0
-
-
-def test_phase_rates_of_followers_are_slips_where_they_keep_no_inertia() -> None:
-    a, b, c = (body_symbol(n, "speed") for n in "abc")
-    with_all, without = (derive_averaged_system(BODIES, inertia).rows for inertia in (True, False))
-    assert with_all[:2] == ((body_symbol("b", "phase.rate"), b - a), (body_symbol("c", "phase.rate"), c - a))
-    assert without[:2] == ((body_symbol("b", "phase.rate"), body_symbol("b", "slip")), (body_symbol("c", "phase.rate"), c - a))
-
-
-def test_the_largest_radius_is_the_semi_major_axis() -> None:
-    """Of x = 3 cos, y = 2 sin it is 3, whichever way; along a line its length; of one direction its amplitude."""
-    for x, y, radius in ((3, -2j, 3.0), (3, 2j, 3.0), (3, 4, 5.0), (1, -2j, 2.0)):
-        motion = [Phasor(sp.Integer(int(complex(c).real)), sp.Integer(int(complex(c).imag))) for c in (x, y)]
-        lines = Lines()
-        expression = _largest_radius(BODIES, lines, motion)
-        for symbol, meaning in reversed(lines.pairs):
-            expression = expression.xreplace({symbol: meaning})
-        assert float(expression) == pytest.approx(radius)
-    one = replace(BODIES, axis=sp.ImmutableMatrix([[1, 0]]))
-    lines = Lines()
-    expression = _largest_radius(one, lines, [Phasor(sp.Integer(3), sp.Integer(4)), Phasor(sp.Integer(9))])
-    for symbol, meaning in reversed(lines.pairs):
-        expression = expression.xreplace({symbol: meaning})
-    assert float(expression) == pytest.approx(5.0)
-
-
-@pytest.mark.parametrize(
-    ("change", "is_round"),
-    [
-        ({}, True), ({"stiffness": sp.ImmutableMatrix([[100, 0], [0, 101]])}, False),
-        ({"damping": sp.ImmutableMatrix([[1, 1], [1, 1]])}, False), ({"mass": sp.ImmutableMatrix([[3, 0], [0, 4]])}, False),
-        ({"labels": ("x", "y", "z")}, False),
-        ({"excitation": tuple((Phasor(sp.S.One), Phasor(sp.S.Zero, sp.S.One)) for _ in range(3))}, False),
-    ],
-)  # fmt: skip
-def test_a_round_carrier_pulses_no_body(change: dict[str, object], is_round: bool) -> None:
-    assert _is_round(replace(BODIES, **change)) is is_round  # type: ignore[arg-type]
-
-
-def test_torques_at_twice_the_speed() -> None:
-    """Re[T exp(2 i theta)] with T = i w^2/2 (E . z) exp(i alpha), of any motion z."""
-    lines = Lines()
-    coupling = Coupling(BODIES, lines)
-    z = [Phasor(sp.Rational(1, 3), sp.Rational(1, 5)), Phasor(sp.Rational(-1, 4), sp.Rational(2, 3))]
-    computed = coupling.alternating(z)
-    at = {sp.Symbol(f"{n}.{q}", real=True): AT[f"{n}.{q}"] for n, q in (("a", "speed"), ("b", "phase"), ("c", "phase"))}
-
-    def number(e: sp.Expr) -> float:
-        for symbol, meaning in reversed(lines.pairs):
-            e = sp.sympify(e).xreplace({symbol: meaning})
-        return float(sp.sympify(e).xreplace(at))
-
-    numbers = np.array([1 / 3 + 0.2j, -0.25 + 2j / 3])
-    for u, alpha, t in zip((0.5, 0.25, 0.125), (0.0, 0.6, -1.1), computed, strict=True):
-        expected = 0.5j * 4.0**2 * (u * numbers[0] - 1j * u * numbers[1]) * np.exp(1j * alpha)
-        assert (number(t.re), number(t.im)) == pytest.approx((expected.real, expected.imag))
-    assert math.isclose(number(coupling.direction[1].re), math.cos(0.6))
 
 
 E = np.array([[u, -1j * u] for u in (0.5, 0.25, 0.125)])

@@ -5,29 +5,27 @@ from __future__ import annotations
 import ast
 import doctest
 import inspect
-import json
-import pydoc
 import re
 import subprocess
 import sys
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import pytest
 from pydantic import Field
 from tests.refusals import refused
 
 import wucht
+import wucht.schema
 from wucht.cli.list_name import kinds
 from wucht.errors import InputError
-from wucht.machines import parts
-from wucht.schema import SI, TableModel, fields_of, keys_of, prose_of, si, unit_of
+from wucht.schema import SI, TableModel, fields_of, prose_of, si
 from wucht.studies.registry import studies
 
 SOURCE = Path(wucht.__file__).parent
 
 
+@cache
 def _tables() -> dict[str, type[TableModel]]:
     """All tables of wucht: specs, parts, tables of cams, and those inside."""
     _ = kinds(), [study.study for study in studies().values()]
@@ -40,19 +38,8 @@ def _tables() -> dict[str, type[TableModel]]:
     return tables
 
 
-TABLES = _tables()
-
-
 class Spring(TableModel):
-    """A spring.
-
-    It is linear.
-
-    Examples
-    --------
-    >>> 1 + 1
-    2
-    """
+    """A spring."""
 
     stiffness: SI[float] = si("N/m", "stiffness", "c", gt=0, help="stiffness of the spring, as measured")
     length: SI[float | None] = si("m", "free length", default=None)
@@ -61,10 +48,6 @@ class Spring(TableModel):
     lambda_: SI[float] = si("", "ratio", default=1.0, alias="lambda")
     ends: tuple[str, ...] = Field(default_factory=tuple)
     hidden: bool = Field(default=False, exclude=True)
-
-
-class Plain(TableModel):
-    size: int = 1
 
 
 def test_signature_by_hand() -> None:
@@ -80,130 +63,38 @@ def test_signature_by_hand() -> None:
         Spring(1.0, name="left", lambda_="a")
 
 
-def test_section_by_hand() -> None:
-    assert inspect.getdoc(Spring) == (
-        "A spring.\n\nIt is linear.\n\nParameters\n----------\n"
-        "stiffness : float | str\n    stiffness of the spring, as measured [N/m, > 0]\n"
-        "length : float | str | None, optional\n    free length [m]\n"
-        "name : str\n    name in results\n"
-        "turns : int, default 3\n    number of turns [>= 1, <= 9]\n"
-        "lambda_ : float | str, default 1.0\n    ratio\n"
-        "ends : tuple[str, ...], optional\n\n"
-        "Examples\n--------\n>>> 1 + 1\n2"
-    )
-    assert prose_of(Spring).startswith("A spring.\n\nIt is linear.\n\nExamples")
-    assert "stiffness of the spring" in pydoc.render_doc(Spring)
-    assert Spring(1.0, name="left").__doc__ == vars(Spring)["__doc__"]
-    assert (prose_of(Plain), Plain.__doc__) == ("", "Parameters\n----------\nsize : int, default 1\n")
-    assert (TableModel.__doc__, prose_of(TableModel)) == (prose_of(TableModel), inspect.getdoc(TableModel))
-    assert doctest.DocTestFinder().find(Spring)[0].examples[0].want == "2\n"
-
-
-def test_docstring_can_be_replaced() -> None:
-    class Part(TableModel):
-        """A part."""
-
-        size: int = 1
-
-    Part.__doc__ = "Another part."
-    assert (prose_of(Part), inspect.getdoc(Part)) == (
-        "Another part.",
-        "Another part.\n\nParameters\n----------\nsize : int, default 1",
-    )
-
-
-def test_schema_has_no_section() -> None:
-    assert Spring.model_json_schema()["description"] == prose_of(Spring)
-    assert "description" not in Plain.model_json_schema()
-    assert "Parameters\n" not in json.dumps([table.model_json_schema() for table in (wucht.RunUp, wucht.parts.Rotor)])
-
-
-@pytest.mark.parametrize("name", TABLES)
-def test_signature_equals_the_fields(name: str) -> None:
-    cls = TABLES[name]
-    fields, signature = fields_of(cls, settable_only=True), inspect.signature(cls)
-    assert not re.search(r"0x[0-9a-f]|FieldInfo|Annotated|PydanticUndefined|typing\.|wucht\.|<", str(signature))
+def test_signature_and_docstring_have_the_fields() -> None:
+    assert len(_tables()) > 80
     words = {"lambda": "speed_ratio", "return": "back"}  # keys that are words of Python
-    assert list(signature.parameters) == [words.get(key, key) for key in fields]
-    for parameter, field in zip(signature.parameters.values(), fields.values(), strict=True):
-        assert (parameter.default is inspect.Parameter.empty) == field.is_required()
-        if not field.is_required():
-            assert parameter.default == field.get_default(call_default_factory=True)
-    required_later = [p.kind for p in signature.parameters.values()]
-    assert required_later == sorted(required_later)
+    for name, cls in _tables().items():
+        fields, signature = fields_of(cls, settable_only=True), inspect.signature(cls)
+        assert not re.search(r"0x[0-9a-f]|FieldInfo|Annotated|PydanticUndefined|typing\.|wucht\.|<", str(signature)), name
+        assert list(signature.parameters) == [words.get(key, key) for key in fields], name
+        for parameter, field in zip(signature.parameters.values(), fields.values(), strict=True):
+            default = inspect.Parameter.empty if field.is_required() else field.get_default(call_default_factory=True)
+            assert parameter.default == default, name
+        kinds_in_order = [p.kind for p in signature.parameters.values()]
+        assert kinds_in_order == sorted(kinds_in_order), name
+        text, (prose, _, section) = inspect.getdoc(cls) or "", (inspect.getdoc(cls) or "").partition("Parameters\n----------\n")
+        assert prose.startswith(prose_of(cls).partition("\n")[0]) and "Parameters\n---" not in prose_of(cls), name
+        assert re.findall(r"^(\w+) : ", section, re.MULTILINE) == list(signature.parameters), name
+        assert not re.search(r"0x[0-9a-f]{4}", text), name
 
 
-@pytest.mark.parametrize("name", TABLES)
-def test_section_has_all_parameters(name: str) -> None:
-    cls = TABLES[name]
-    text, parameters = inspect.getdoc(cls) or "", list(inspect.signature(cls).parameters)
-    assert text.count("Parameters\n----------\n") == bool(parameters)
-    assert prose_of(cls).count("Parameters\n---") == 0
-    assert text.startswith(prose_of(cls).partition("\n")[0])
-    section = text.partition("Parameters\n----------\n")[2]
-    assert re.findall(r"^(\w+) : ", section, re.MULTILINE) == parameters
-    assert not re.search(r"0x[0-9a-f]{4}", section)
-
-
-@pytest.mark.parametrize("name", ["run-up", "stability-map", "rotor", "induction", "harmonic"])
-def test_section_has_the_help_and_unit_of_each_key(name: str) -> None:
-    by_kind = {kind: cls for of_kind in kinds().values() for kind, cls in of_kind.items()}
-    cls: Any = by_kind.get(name) or studies()[name].study
-    words = " ".join(inspect.getdoc(cls).split())
-    units = {key: unit_of(field) for key, field in fields_of(cls).items()}
-    for key in keys_of(cls):
-        if "." not in key.name:
-            assert " ".join(key.what.split()) in words
-            assert units[key.name] is None or not key.unit or f"[{key.unit}" in words
-
-
-def test_no_public_signature_has_an_address() -> None:
-    for name in wucht.__all__:
-        public = getattr(wucht, name)
-        if callable(public):
-            assert " at 0x" not in str(inspect.signature(public)), name
-
-
-def test_commands_print_no_section(wucht: Any) -> None:
-    printed = wucht("list", "rotor").out
-    assert printed.count("mass of the rotor with its unbalance") == 1
-    assert "Parameters" not in printed + studies()["run-up"].template + studies()["run-up"].line
-
-
-@cache
-def _fields() -> dict[str, Any]:
-    """The fields in the source by their places."""
-    texts = {path: path.read_text(encoding="utf-8") for path in sorted(SOURCE.rglob("*.py"))}
-    return {
-        f"{path.relative_to(SOURCE)}:{node.lineno}": node
-        for path, text in texts.items()
-        if re.search(r"\b(si|composite|Field)\(", text)
-        for cls in ast.parse(text).body
-        if isinstance(cls, ast.ClassDef)
-        for node in cls.body
-        if isinstance(node, ast.AnnAssign) and isinstance(node.value, ast.Call) and isinstance(node.value.func, ast.Name)
-    }
-
-
-def test_defaults_are_given_by_name() -> None:
-    """Type checkers take a field as required whose default is not."""
-    most = {"si": 3, "composite": 0, "Field": 0}
-    calls = {place: node.value for place, node in _fields().items()}
-    assert len(calls) > 400
-    assert [place for place, call in calls.items() if len(call.args) > most.get(call.func.id, 9)] == []
-
-
-def test_quantities_are_annotated_as_such() -> None:
-    """Type checkers accept texts with units, lists and tables by these types alone."""
-    special = [(place, node) for place, node in _fields().items() if node.value.func.id in ("si", "composite")]
-    types = ("SI[", "Composite[", "Conversion[")
-    assert [place for place, node in special if not ast.unparse(node.annotation).startswith(types)] == []
-
-
-def test_type_checkers_know_all_parts() -> None:
-    source = Path(parts.__file__).read_text(encoding="utf-8")
-    listed = set(re.findall(r"^    from wucht\.machines\.parts\.\w+ import (\w+) as \1$", source, re.MULTILINE))
-    assert listed == {name for name, cls in parts._classes().items() if cls.__module__.startswith("wucht.machines.parts.")}
+def test_fields_are_written_as_type_checkers_need_them() -> None:
+    """They take a field as required whose default is not given by name, and accept texts with units by their types alone."""
+    most, types = {"si": 3, "composite": 0, "Field": 0}, ("SI[", "Composite[", "Conversion[")
+    found = 0
+    for path in sorted(SOURCE.rglob("*.py")):
+        if not re.search(r"\b(si|composite|Field)\(", text := path.read_text(encoding="utf-8")):
+            continue
+        for node in [n for cls in ast.parse(text).body if isinstance(cls, ast.ClassDef) for n in cls.body]:
+            if isinstance(node, ast.AnnAssign) and isinstance(node.value, ast.Call) and isinstance(node.value.func, ast.Name):
+                call, found = node.value, found + 1
+                assert len(call.args) <= most.get(call.func.id, 9), f"{path}:{node.lineno}"
+                is_quantity = call.func.id in ("si", "composite")
+                assert not is_quantity or ast.unparse(node.annotation).startswith(types), f"{path}:{node.lineno}"
+    assert found > 400
 
 
 _ASKED = """
@@ -258,3 +149,7 @@ def test_mypy_without_a_plugin(tmp_path: Path) -> None:
     expected = ['"untill" for "RunUp"', '"model" to "RunUp"', '"mas" for "Rotor"', 'argument "inertia"', "in assignment"]
     assert [int(line) for line, _ in lines] == [*range(refused, refused + 6)], done.stdout
     assert [sentence for sentence, (_, text) in zip(expected, lines, strict=False) if sentence not in text] == []
+
+
+def test_the_example_holds() -> None:
+    assert doctest.testmod(wucht.schema) == (0, 4)

@@ -48,15 +48,6 @@ def test_both_contours_are_touched_at_one_angle_of_the_lever(clockwise):
         assert on_counter == pytest.approx(on_cam, abs=1e-9)
 
 
-def test_the_two_push_the_lever_opposite_ways():
-    """By the virtual work of a push outwards along each contour's normal."""
-    cams = conjugate_cams(LAW, FOLLOWER, COUNTER)
-    phi = np.linspace(0, TURN, 100)
-    work = [(cam.normal(phi).conj() * np.exp(-1j * phi) * cam.follower.rate(LAW(phi))).real for cam in cams]
-    assert (work[0] > 0).all()
-    assert (work[1] < 0).all()
-
-
 @pytest.mark.parametrize("end", ["lowest", "highest"])
 def test_a_counter_arm_that_comes_into_line_is_refused(end):
     """Its angle must stay between 0 and 180 deg over the whole range of the law: both sides of both ends."""
@@ -71,8 +62,6 @@ def test_a_counter_arm_that_comes_into_line_is_refused(end):
     assert f"at a cam angle of {math.degrees(worst):.4g} deg" in str(error.value)
 
 
-def test_two_arms_on_one_side_and_two_pivots_are_refused():
-    with refused("follower.counter.angle", "-180", "0 deg", "180 deg"):
-        conjugate_cams(LAW, FOLLOWER, OscillatingRoller(pivot=0.11, arm=0.08, roller_radius=0.01, angle=math.radians(-100)))
+def test_two_pivots_are_refused():
     with refused("follower.counter.pivot", "0.11 m", given=0.12):
         conjugate_cams(LAW, FOLLOWER, OscillatingRoller(pivot=0.12, arm=0.08, roller_radius=0.01, angle=math.radians(122)))

@@ -14,7 +14,6 @@ DEG = PI / 180
 POINTS = ((0.3, 0.2), (0.55, 0.6), (0.8, 0.75))
 ALL = {**STANDARD_LAWS, **{name: standard_law(name, POINTS) for name in SPLINES}}
 every_law = pytest.mark.parametrize("law", ALL.values(), ids=list(ALL))
-every_symmetric_law = pytest.mark.parametrize("law", STANDARD_LAWS.values(), ids=list(STANDARD_LAWS))
 
 
 def inside(law, count=41):
@@ -53,63 +52,12 @@ def test_nothing_is_larger_than_the_largest(law, order):
 
 
 @every_law
-def test_from_rest_to_rest(law):
-    ends = np.array([0.0, 1.0])
-    assert law(ends) == pytest.approx([0, 1], abs=1e-14)
-    assert law(ends, 1) == pytest.approx([0, 0], abs=2e-14)
-
-
-@every_law
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_derivatives_are_those_of_the_formula(law, order):
     """Differences of sixth order over h: rounding 1e-16/h, truncation h^6 times the ninth derivative, at most 1e6."""
     x, h = inside(law), 1e-3 * np.diff(law.knots).min()
     steps = sum(c / 60 * (law(x + k * h, order) - law(x - k * h, order)) for k, c in ((1, 45), (2, -9), (3, 1)))
     assert law(x, order + 1) == pytest.approx(steps / h, abs=2e-9 * law.largest(order + 1))
-
-
-@every_symmetric_law
-def test_symmetry(law):
-    x = np.linspace(0, 1, 333)
-    assert law(x) + law(1 - x) == pytest.approx(1, abs=1e-14)
-    assert law(x, 1) == pytest.approx(law(1 - x, 1), abs=1e-13)
-    assert law(x, 2, side="right") == pytest.approx(-law(1 - x, 2, side="left"), abs=1e-12)
-
-
-def test_what_is_continuous_at_the_ends():
-    """Where rest follows: the jerk of 3-4-5 jumps by 60, of 4-5-6-7 not at all, of the harmonic law even the acceleration."""
-    ends = np.array([0.0, 1.0])
-
-    def jumps(kind, order):
-        return STANDARD_LAWS[kind](ends, order).tolist()
-
-    assert jumps("3-4-5", 2) == [0, 0]
-    assert jumps("3-4-5", 3) == [60, 60]
-    assert jumps("4-5-6-7", 2) == jumps("4-5-6-7", 3) == [0, 0]
-    assert jumps("harmonic", 2) == pytest.approx([PI**2 / 2, -(PI**2) / 2])
-    for kind in ("inclined-sine", "modified-sine", "modified-trapezoid"):
-        assert jumps(kind, 2) == pytest.approx([0, 0], abs=1e-14)
-        assert jumps(kind, 3) == pytest.approx([STANDARD_LAWS[kind].largest(3)] * 2)
-
-
-@every_law
-def test_pieces_fit(law):
-    """Position, velocity and, but for what the law says, acceleration."""
-    for order in (0, 1, 2):
-        at = law.knots[1:-1]
-        assert law(at, order, side="left") == pytest.approx(law(at, order), abs=1e-13 * law.largest(3))
-
-
-def test_jerk_jumps_where_the_acceleration_has_a_corner():
-    trapezoid = STANDARD_LAWS["modified-trapezoid"]
-    assert trapezoid.knots.tolist() == [0, 1 / 8, 3 / 8, 5 / 8, 7 / 8, 1]
-    assert trapezoid(3 / 8, 3) == pytest.approx(0, abs=1e-12)  # the cosine begins smoothly
-    assert trapezoid(0.25, 3) == 0
-    cubic = spline(POINTS, 3)
-    before, after = cubic(0.3, 3, side="left"), cubic(0.3, 3)
-    assert abs(after - before) > 1
-    assert cubic(0.3 - 1e-14, 3) == cubic(0.3 + 1e-14, 3) == after
-    assert cubic(0.3 - 1e-14, 3, side="left") == cubic(0.3 + 1e-14, 3, side="left") == before
 
 
 @pytest.mark.parametrize("shares", [(0.2, 0.5, 0.3), (0.25, 0.5, 0.25), (0.4, 0.6, 0), (0, 0.5, 0.5), (0, 1, 0), (1, 0, 0)])
@@ -136,13 +84,6 @@ def test_sine_constant_cosine(shares):
         assert (law.Cv, law.Ca, law.Cj) == (2, 4, 0)
 
 
-def test_a_spline_through_the_ends_alone_is_the_polynomial():
-    x = np.linspace(0, 1, 21)
-    assert spline()(x) == pytest.approx(STANDARD_LAWS["3-4-5"](x), abs=1e-15)
-    assert spline(degree=3)(x) == pytest.approx(x**2 * (3 - 2 * x), abs=1e-15)
-    assert (spline(degree=3).Cv, spline(degree=3).Ca, spline(degree=3).Cj) == pytest.approx((1.5, 6, 12))
-
-
 @pytest.mark.parametrize(("name", "degree"), SPLINES.items())
 def test_splines_pass_their_points(name, degree):
     law = standard_law(name, POINTS)
@@ -163,12 +104,7 @@ def test_splines_pass_their_points(name, degree):
         ("3-4-6", (), "law.kind: given '3-4-6'; unknown kind; did you mean '3-4-5'? known: 3-4-5, 4-5-6-7, cubic-spline, "),
         ("3-4-5", POINTS, "law.points: only a spline goes through points, not the law '3-4-5'"),
         ("cubic-spline", [(0.5, math.nan)], "law.points: given [[0.5, nan]]; must be pairs of finite numbers: "),
-        ("cubic-spline", [0.5, 0.2], "law.points: given [0.5, 0.2]; must be pairs of finite numbers: "),
-        ("cubic-spline", [(0, 0.1), (0.5, 0.5)], "the rise must begin at [0, 0] and end at [1, 1]"),
-        ("quintic-spline", [(0.5, 0.5), (1, 0.9)], "the rise must begin at [0, 0] and end at [1, 1]"),
         ("quintic-spline", [(0.5, 0.5), (0.5, 0.6)], "the shares of the arc must increase, from 0 to 1"),
-        ("quintic-spline", [(-0.1, 0.5)], "the shares of the arc must increase, from 0 to 1"),
-        ("quintic-spline", [(1.1, 0.5)], "the shares of the arc must increase, from 0 to 1"),
     ],
 )
 def test_wrong_laws(kind, points, sentence):
@@ -178,15 +114,6 @@ def test_wrong_laws(kind, points, sentence):
 
 
 LAW = STANDARD_LAWS["modified-sine"]
-
-
-@pytest.mark.parametrize("law", [*STANDARD_LAWS.values(), spline(POINTS, 3)], ids=[*STANDARD_LAWS, "cubic-spline"])
-def test_the_return_mirrors_the_rise(law):
-    motion = RiseAndReturn(law, 0.02, (20 * DEG, 150 * DEG))
-    phi = np.linspace(-7, 7, 1001)
-    for order, sign in enumerate((1, -1, 1, -1)):
-        assert motion(phi, order) == pytest.approx(sign * motion(-phi, order), abs=1e-11)
-        assert motion(phi, order) == pytest.approx(motion(phi + 2 * PI, order), abs=1e-11)
 
 
 def test_rise_dwell_return_dwell():
@@ -220,13 +147,6 @@ def test_where_a_derivative_jumps_it_is_that_of_what_begins(turns):
     assert -returning * arc**3 == pytest.approx(cubic(knots, 3, side="left"), rel=1e-12)
 
 
-def test_the_acceleration_jumps_most_where_the_shorter_arc_begins_and_ends():
-    """s = (1 - cos(pi x))/2 has s'' = pi^2/2 at its ends; 3-4-5 has none there."""
-    arcs = (0.5, 1.5), (2.0, 2.4)
-    assert RiseAndReturn(standard_law("harmonic"), -0.03, *arcs).jump == pytest.approx(0.03 * PI**2 / 2 / 0.4**2)
-    assert RiseAndReturn(standard_law("3-4-5"), -0.03, *arcs).jump == 0.0
-
-
 @pytest.mark.parametrize("rise", [(300, 400), (300, 40), (-60, 40), (660, 40 + 360)])
 def test_arcs_pass_through_a_turn(rise):
     """All of them are the arc from 300 deg through 0 to 40 deg; the return from 100 to 290 deg follows."""
@@ -235,56 +155,24 @@ def test_arcs_pass_through_a_turn(rise):
     assert motion(phi) == pytest.approx(2 * np.array([0, LAW(0.25), 0.5, LAW(0.75), 1, 1, 1, 0.5, 0, 0]), abs=1e-12)
 
 
-def test_a_rise_over_pi_has_its_mirror_image_on_the_other_side():
-    motion = RiseAndReturn(LAW, 1.0, (200 * DEG, 320 * DEG))
-    assert motion(np.array([0, 20, 100, 180, 260]) * DEG) == pytest.approx([1, 1, 0.5, 0, 0.5], abs=1e-12)
-
-
-def test_arcs_may_touch():
-    motion = RiseAndReturn(LAW, 1.0, (0.7, 0.7 + PI), (0.7 + PI, 0.7))
-    assert motion(np.array([0.7, 0.7 + PI / 2, 0.7 + PI, 0.7 + 1.5 * PI])) == pytest.approx([0, 0.5, 1, 0.5], abs=1e-12)
-    assert motion(0.7 - 1e-14, 3) == pytest.approx(motion(0.7, 3))
-    rounded = RiseAndReturn(LAW, 1.0, (0.1, 0.1 + 1.1), (1.2, 2.0))
-    assert 0.1 + 1.1 > 1.2
-    assert RiseAndReturn(LAW, 1.0, (1.2, 2.0), (2.0, 0.1 + 1.1))(1.2 - 1e-13) == pytest.approx(0, abs=1e-12)
-    assert rounded(np.array([1.2, 1.6])) == pytest.approx([1, 0.5], abs=1e-12)
-    symmetric = RiseAndReturn(LAW, 1.0, (0, PI))
-    assert symmetric(np.array([PI, 1.5 * PI, 2 * PI])) == pytest.approx([1, 0.5, 0], abs=1e-12)
-
-
-def test_shapes_and_a_stroke_downwards():
-    motion = RiseAndReturn(LAW, -1.0, (0, 2))
-    assert motion(1.0).shape == ()
-    assert motion(1.0) == pytest.approx(-0.5)
-    assert motion(np.ones((3, 1, 2)), 2).shape == (3, 1, 2)
-    assert LAW(np.ones((3, 1, 2))).shape == (3, 1, 2)
-
-
 @pytest.mark.parametrize(
     ("stroke", "rise", "back", "sentence"),
     [
         (0.0, (0, 1), None, "law.stroke: given 0.0; must be a finite number other than 0"),
-        (math.nan, (0, 1), None, "law.stroke: given nan; must be a finite number other than 0"),
-        (1.0, (1, 1), None, "law.rise: given '57.2958 ... 57.2958 deg'; must be two different angles, begin and end"),
-        (1.0, (0, math.nan), None, "law.rise: given '0 ... nan deg'; must be two different angles, begin and end"),
         (1.0, (0, 7), None, "law.rise: given '0 ... 401.07 deg'; must be shorter than a turn of the cam"),
-        (1.0, (0, 1), (9, 2), "law.return: given '515.662 ... 114.592 deg'; must be shorter than a turn of the cam"),
-        (
-            1.0,
-            (30 * DEG, 200 * DEG),
-            None,
-            "law.rise: given '30 ... 200 deg'; its mirror image about 180 deg, 160 ... 330 deg,",
-        ),
-        (1.0, (-1, 1), None, "would overlap it: give law.return, or another rise"),
         (1.0, (0, 1), (0.9, 2), "law.return: given '51.5662 ... 114.592 deg'; must not overlap the rise, 0 ... 57.2958 deg"),
         (1.0, (0, 1), (6, 0.1), "law.return: given '343.775 ... 5.72958 deg'; must not overlap the rise"),
-        (1.0, (1, 2), (3, 2.9), "must not overlap the rise"),
         (1.0, (1, 2), (1.2, 1.8), "must not overlap the rise"),
-        (1.0, (1, 2), (1, 2), "must not overlap the rise"),
-        (1.0, (0, 2 * PI), None, "law.rise: given '0 ... 360 deg'; must be shorter than a turn of the cam"),
     ],
 )
 def test_wrong_motions(stroke, rise, back, sentence):
     with pytest.raises(InputError) as error:
         RiseAndReturn(LAW, stroke, rise, back)
     assert sentence in str(error.value)
+
+
+def test_the_acceleration_jumps_most_where_the_shorter_arc_begins_and_ends():
+    """s = (1 - cos(pi x))/2 has s'' = pi^2/2 at its ends; 3-4-5 has none there."""
+    arcs = (0.5, 1.5), (2.0, 2.4)
+    assert RiseAndReturn(standard_law("harmonic"), -0.03, *arcs).jump == pytest.approx(0.03 * PI**2 / 2 / 0.4**2)
+    assert RiseAndReturn(standard_law("3-4-5"), -0.03, *arcs).jump == 0.0

@@ -8,7 +8,6 @@ from tests.refusals import refused
 
 from wucht.cams.laws.synthesis import band_extremes, equiripple
 from wucht.cams.tables.harmonic_law import HarmonicLawTable, Resonance
-from wucht.cams.tables.motion_law import unit_of_output
 from wucht.errors import InputError
 
 TOP = {"at": "180 deg", "equals": "24 deg"}
@@ -29,20 +28,6 @@ def test_the_flattest_dwell():
     assert found.function(PHI) == pytest.approx(equiripple(5, math.radians(120), math.radians(24))(PHI), abs=1e-6)
     assert found.count == 5
     assert [r.name for r in found.restrictions] == ["law.restrictions[0]", "law.restrictions[1]"]
-
-
-def test_an_arc_whose_end_is_below_its_begin_goes_through_a_turn():
-    there = law(TOP, {"on": ["240 deg", "120 deg"], "equals": 0})
-    assert there.function(PHI) == pytest.approx(law(TOP, DWELL).function(PHI), abs=1e-6)
-
-
-def test_objectives_are_least_in_what_they_say():
-    peak, square = (law(TOP, LIMITED, objective=f"least-{o}-acceleration") for o in ("peak", "mean-square"))
-    flattest = law(TOP, DWELL)
-    peaks = [found.function.derivative(2).peak for found in (peak, square, flattest)]
-    squares = [float((found.function.derivative(2).amplitudes ** 2).sum()) for found in (square, peak, flattest)]
-    assert peaks[0] < min(peaks[1:])
-    assert squares[0] < min(squares[1:])
 
 
 @pytest.mark.parametrize(
@@ -72,44 +57,20 @@ def test_the_magnification_of_an_elastic_output():
     assert near.magnification(3) == pytest.approx([1 / math.hypot(0.75, 0.05), 10.0, 1 / math.hypot(1.25, 0.15)])
 
 
-def test_coefficients_that_are_known():
-    coefficients = {"mean": "12 deg", "cosine": ["-12 deg", "1 deg"], "sine": ["0 deg", "0 deg", "2 deg"]}
-    found = law(coefficients=coefficients, harmonics=None)
-    assert np.degrees(found.function.mean) == pytest.approx(12)
-    assert np.degrees(found.function.cosine) == pytest.approx([-12, 1, 0])
-    assert np.degrees(found.function.sine) == pytest.approx([0, 0, 2])
-    assert found.count == 3
-
-
-def test_an_output_that_slides():
-    restrictions = [{"at": "180 deg", "equals": "10 mm"}, {"on": ["-90 deg", "90 deg"], "equals": "0 mm"}]
-    assert law(*restrictions, unit="m").function(math.pi) == pytest.approx(0.01)
-
-
 FEW = {"harmonics": 2, "objective": "least-peak-acceleration"}
 WRONG = {
     "law.restrictions: give [[law.restrictions]], or coefficients": {"restrictions": []},
     "law.harmonics: this key is missing": {"harmonics": None},
-    "law.coefficients: give cosine or sine": {"restrictions": [], "coefficients": {"mean": 1.0}},
     "law.harmonics: given 0; must be between 1 and 60|a whole number from 1 to 60": {"harmonics": 0},
     "law.restrictions[0].on: given [0.0, 1.0]; give either at or on": {"restrictions": [TOP | {"on": [0, 1]}, DWELL]},
-    "law.restrictions[0].equals: given '1 deg'; give either equals, or min and max": {
-        "restrictions": [{"at": 0, "equals": "1 deg", "min": 0}, DWELL]
-    },
     "law.restrictions[0]: give equals": {"restrictions": [{"at": 0}, DWELL]},
     "law.restrictions[0].min: given 2.0; must not be greater than max": {"restrictions": [{"min": 2, "max": 1}, DWELL]},
-    "law.restrictions[0].tolerance: given -1.0; must not be negative": {"restrictions": [DWELL | {"tolerance": -1}, DWELL]},
     "law.restrictions[0].on: given [0.0, 7.0]; must be an arc of at most one turn": {
         "restrictions": [{"on": [0, 7], "max": 1}, DWELL]
     },
     "law.objective: given 'flattest-dwell'; the flattest dwell needs a restriction on an arc": {"restrictions": [TOP]},
     "law.restrictions[1].tolerance: on an arc equals needs a tolerance": {"objective": "least-peak-acceleration"},
-    "law.resonance: allowed only with objective =": {"resonance": {"frequency": 1, "speed": 1}},
     "law.caps[0].harmonic: given 6; the law has 5 harmonics": {"caps": [{"harmonic": 6, "amplitude": 1}]},
-    "law.caps[0].amplitude: given -1.0; must not be negative": {"caps": [{"harmonic": 2, "amplitude": -1}]},
-    "law.coefficients: give either coefficients or restrictions": {"coefficients": {"cosine": [1]}},
-    "law.restrictions[0].of: given 'snap'; must be": {"restrictions": [{"of": "snap", "max": 1}, DWELL]},
-    "law.objective: given 'fastest'; must be": {"objective": "fastest"},
 }
 
 
@@ -150,12 +111,6 @@ def test_bounds_of_the_acceleration_say_what_must_give_way_in_their_own_unit():
         assert amount in said
 
 
-@pytest.mark.parametrize(("harmonics", "bound"), [(5, 1), (8, 5), (12, 1), (12, 20)])
-def test_contradictions_are_recognised_whatever_their_size(harmonics, bound):
-    with refused("law.restrictions", f"{harmonics} harmonics", "law.restrictions[2]", given=None):
-        _accelerated(harmonics, bound)
-
-
 def test_more_harmonics_than_a_dwell_can_use_are_zero():
     """Of 40 harmonics rounding hides how flat it is: the fewest with which it is flat to 1e-9 of the stroke are taken."""
     found = HarmonicLawTable(harmonics=40, restrictions=[TOP, DWELL]).make_motion_law("rad").function
@@ -173,60 +128,3 @@ def test_a_point_on_the_arc_that_is_to_be_flat_is_told(on, told):
         return
     with refused("law.restrictions[0]", "law.restrictions[1]", given=None):
         asked.make_motion_law("rad")
-
-
-@pytest.mark.parametrize("begin", [400, 760, -320])
-def test_an_arc_may_begin_in_any_turn(begin):
-    there = law(TOP, {"on": [f"{begin + 200} deg", f"{begin + 80} deg"], "equals": 0})
-    assert there.function(PHI) == pytest.approx(law(TOP, DWELL).function(PHI), abs=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("of", "given", "example"),
-    [
-        ("position", "24 deg/rad^3", "24 deg"),
-        ("position", "24 deg rad", "24 deg"),
-        ("acceleration", "24 deg/rad", "24 deg/rad^2"),
-        ("velocity", "3 deg*rad", "24 deg/rad"),
-    ],
-)
-def test_a_unit_of_another_derivative_is_refused(of, given, example):
-    with refused("law.restrictions[2].equals", repr(example), given=given):
-        law(TOP, DWELL, {"of": of, "at": 1.0, "equals": given})
-
-
-@pytest.mark.parametrize(("share", "feasible"), [(0.99, False), (1.01, True)])
-def test_by_how_much_it_must_give_way(share, feasible):
-    """Of the dwell: to 0.5 degrees and what is said."""
-    with pytest.raises(InputError) as raised:
-        law(TOP, LIMITED, **FEW)
-    by = float(str(raised.value).split("law.restrictions[1] alone by ")[1].split(" deg")[0])
-    eased = DWELL | {"tolerance": f"{0.5 + share * by} deg"}
-    if feasible:
-        law(TOP, eased, **FEW)
-    else:
-        with refused("law.restrictions", "2 harmonics", given=None):
-            law(TOP, eased, **FEW)
-
-
-@pytest.mark.parametrize(
-    ("given", "known", "unit"),
-    [
-        ([("a", "24 deg")], None, "rad"),
-        ([("a", "10 mm")], None, "m"),
-        ([("a", 0.1), ("b", "2 mm/rad^2")], None, "m"),
-        ([("a", 0.1)], None, "rad"),
-        ([("a", 0.1)], "m", "m"),
-    ],
-)
-def test_whether_the_output_turns_or_slides(given, known, unit):
-    assert unit_of_output(given, known) == unit
-
-
-def test_an_output_does_not_do_both():
-    with refused("b", given="10 mm", code="dimension"):
-        unit_of_output([("a", "24 deg"), ("b", "10 mm")], None)
-    with refused("a", given="24 deg", code="dimension"):
-        unit_of_output([("a", "24 deg")], "m")
-    with refused("a", given="24 kg"):
-        unit_of_output([("a", "24 kg")], None)

@@ -9,14 +9,11 @@ import numpy as np
 import pytest
 from tests.refusals import refused
 
-from wucht.cams.laws.standard_laws import RiseAndReturn, standard_law
 from wucht.cams.laws.synthesis import Band, Cap
 from wucht.cams.tables.kinds_of_law import STANDARD, PointsTable, _line_number
-from wucht.cams.tables.motion_law import MotionLaw, RiseMotionLaw, SeriesMotionLaw, read_output, unit_of_output
+from wucht.cams.tables.motion_law import MotionLaw, SeriesMotionLaw, read_output, unit_of_output
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.schema import validate_table
-
-SERIES = FourierSeries.of(0.5, [-0.3, 0.0], [0.0, 0.2])  # 0.5 - 0.3 cos phi + 0.2 sin 2 phi
 
 
 @pytest.mark.parametrize(
@@ -65,26 +62,6 @@ def test_arcs_whose_band_is_at_most_a_tenth_of_the_stroke_are_dwells() -> None:
     assert motion.dwells == (narrow,)
 
 
-def test_bounds_and_peaks_of_a_law_that_is_sampled_are_those_of_its_series() -> None:
-    sampled, exact = MotionLaw(SERIES, "m"), SeriesMotionLaw(SERIES, "m", 2)
-    for order in range(4):
-        assert sampled.bounds(order) == pytest.approx(exact.bounds(order), rel=1e-9)
-    least, greatest = exact.bounds(1)
-    assert exact.peak(1) == pytest.approx(max(-least, greatest)) == sampled.peak(1)
-    assert sampled.series is None and exact.series is SERIES and exact.fourier_series() is SERIES
-    again = sampled.fourier_series()
-    assert again.mean == pytest.approx(0.5) and again(1.3) == pytest.approx(float(SERIES(1.3)), abs=1e-12)
-    assert (sampled.jump, sampled.rise) == (0.0, None)
-
-
-def test_a_peak_is_the_larger_magnitude_of_the_two() -> None:
-    """cos phi + cos 2 phi has the minimum -9/8 and the maximum 2; turned over, the other way round."""
-    law = FourierSeries.of(0.0, [0.0, 0.0], [1.0, 0.5])  # its velocity
-    assert SeriesMotionLaw(law, "m", 2).bounds(1) == pytest.approx((-9 / 8, 2.0))
-    turned = FourierSeries.of(0.0, [0.0, 0.0], [-1.0, -0.5])
-    assert MotionLaw(law, "m").peak(1) == pytest.approx(2.0) == MotionLaw(turned, "m").peak(1)
-
-
 def test_extremes_on_an_arc() -> None:
     """-0.3 cos phi on a quarter of a turn, and at a point; its velocity 0.3 sin phi."""
     law = FourierSeries.of(0.0, [-0.3])
@@ -92,16 +69,6 @@ def test_extremes_on_an_arc() -> None:
         assert motion.extremes(Band("", 0, 0.0, math.pi / 2, 0.0, 1.0)) == pytest.approx((-0.3, 0.0), abs=1e-12)
         assert motion.extremes(Band("", 1, math.pi / 4, math.pi, 0.0, 1.0)) == pytest.approx((0.0, 0.3), abs=1e-6)
         assert motion.extremes(Band("", 0, 1.0, 1.0, 0.0, 1.0)) == pytest.approx((-0.3 * math.cos(1.0),) * 2)
-
-
-def test_a_rise_and_return_has_its_largest_values_exactly() -> None:
-    """A simple harmonic rise over a quarter of a turn: Cv = pi/2, Ca = pi^2/2, Cj = pi^3/2; its acceleration jumps by Ca."""
-    stroke, arc = 0.02, math.pi / 2
-    law = RiseAndReturn(standard_law("harmonic"), stroke, (0.0, arc), (math.pi, math.pi + 2 * arc))
-    motion = RiseMotionLaw(law, "m")
-    assert motion.rise == pytest.approx([math.pi / 2, math.pi**2 / 2, math.pi**3 / 2])
-    assert [motion.peak(k) for k in (1, 2, 3)] == pytest.approx([stroke * motion.rise[k - 1] / arc**k for k in (1, 2, 3)])
-    assert motion.jump == pytest.approx(stroke * motion.rise[1] / arc**2)
 
 
 def test_a_standard_law_of_a_file() -> None:

@@ -8,7 +8,6 @@ from curves_to_mill import CURVES, RADIUS, broken, cusped, ellipse, lobes
 from tests.refusals import refused
 
 from wucht.cams.workshop.closed_curve import (
-    curvature,
     curve_distances,
     fitted_spline,
     is_clockwise,
@@ -29,39 +28,12 @@ def test_normals_point_outward_whichever_way_the_curve_runs(b):
     assert outward_normals(circle, PHI) == pytest.approx((circle(PHI) - 0.2) / RADIUS, abs=1e-14)
 
 
-def test_normals_of_an_ellipse():
-    """Along the gradient of x^2/a^2 + y^2/b^2."""
-    a, b = 0.08, 0.02
-    gradient = np.cos(PHI) / a + 1j * np.sin(PHI) / b
-    assert outward_normals(ellipse(a, b), PHI) == pytest.approx(gradient / abs(gradient), abs=1e-13)
-
-
-def test_curvature():
-    a, b = 0.08, 0.02
-    assert curvature(ellipse(), PHI) == pytest.approx(np.full(37, 1 / RADIUS), rel=1e-12)
-    ends = curvature(ellipse(a, -b), np.array([0.0, math.pi / 2]))
-    assert ends == pytest.approx([a / b**2, b / a**2], rel=1e-12)
-
-
 @pytest.mark.parametrize("name", CURVES)
 def test_distances(name):
     """Of points at a known distance along the normals, on both sides, smaller than every radius of curvature."""
     curve = CURVES[name]
     off = 1e-3 * np.sin(7 * PHI)
     assert curve_distances(curve, curve(PHI) + off * outward_normals(curve, PHI)) == pytest.approx(np.abs(off), abs=1e-12)
-
-
-def test_distances_from_afar():
-    """Farther off than the radius of curvature."""
-    curve = ellipse(0.08, 0.02)
-    there = curve_distances(curve, curve(PHI) + 0.3 * outward_normals(curve, PHI))
-    assert there == pytest.approx(np.full(37, 0.3), rel=1e-14)
-
-
-def test_the_distance_of_the_centre():
-    """There every point is the nearest, and Newton's method stands still."""
-    assert curve_distances(ellipse(), np.zeros(1, complex)) == pytest.approx([RADIUS], rel=1e-12)
-    assert curve_distances(lobes, np.zeros(1, complex)) == pytest.approx([0.045], rel=1e-6)
 
 
 def test_a_curve_that_stands_still_has_no_normal():
@@ -83,16 +55,6 @@ def test_the_tolerance_is_kept_and_made_use_of(name, tolerance):
     )
 
 
-def test_of_fourth_order():
-    coarse, fine = (spline_deviation(lobes, spline_through(lobes, n)) for n in (100, 200))
-    assert coarse / fine == pytest.approx(16, rel=0.05)
-
-
-def test_it_passes_through_the_points():
-    phi = np.arange(24) * math.pi / 12
-    assert spline_through(lobes, 24)(phi) == pytest.approx(lobes(phi), abs=1e-16)
-
-
 def test_it_closes_smoothly():
     """Up to the curvature; the third derivative jumps there, as at every knot."""
     spline = spline_through(lobes, 24)
@@ -103,12 +65,6 @@ def test_it_closes_smoothly():
         assert spline(before, order) == pytest.approx(complex(spline(after, order)), abs=1e-10)
     assert abs(spline(before, 3) - spline(after, 3)) > 1e-3
     assert spline(2 * math.pi + 1.0) == pytest.approx(complex(spline(1.0)), rel=1e-12)
-
-
-def test_the_deviation_is_never_less_than_the_distance():
-    spline = spline_through(ellipse(0.08, 0.02), 10)
-    from_the_curve = curve_distances(ellipse(0.08, 0.02), spline(np.linspace(0, 2 * math.pi, 5000)))
-    assert 0 < from_the_curve.max() <= spline_deviation(ellipse(0.08, 0.02), spline)
 
 
 def test_what_will_not_do():
