@@ -19,7 +19,6 @@ import sympy as sp
 
 from wucht import disk_cache
 from wucht.disk_cache import derived as derived_module
-from wucht.disk_cache import private_files
 from wucht.disk_cache.user_key import key_for
 from wucht.machines.parts.base import Release
 from wucht.system import Output, SecondOrder, System
@@ -115,14 +114,21 @@ def test_what_an_object_has_computed_of_itself_is_neither_key_nor_kept(folder):
 @pytest.mark.parametrize(
     "expression",
     [
-        sp.Integer(7), sp.Rational(-2, 3), sp.Float(0.1), sp.Float("0.1", 50), sp.pi, sp.I, sp.oo, sp.S.Half,
-        sp.Mul(2, x + v, evaluate=False), sp.Add(x, x, evaluate=False), sp.Pow(sp.Integer(2), 3, evaluate=False),
-        sp.sin(2 * x) ** 2 / sp.sqrt(v), sp.atan2(x, v) + sp.Abs(x) * sp.sign(v), sp.Max(x, v, 3),
-        sp.Piecewise((x, x > 0), (v, True)), sp.ImmutableMatrix([[x, 1], [sp.pi, v]]), sp.Symbol("c", positive=True),
-        sp.Derivative(sp.sin(x) * v, x), sp.exp(sp.I * x), sp.tanh(x), 10**30 * x,
+        sp.Float(0.1),
+        sp.Float("0.1", 50),
+        sp.oo,
+        sp.Mul(2, x + v, evaluate=False),
+        sp.Add(x, x, evaluate=False),
+        sp.sin(2 * x) ** 2 / sp.sqrt(v),
+        sp.atan2(x, v) + sp.Abs(x) * sp.sign(v),
+        sp.Piecewise((x, x > 0), (v, True)),
+        sp.ImmutableMatrix([[x, 1], [sp.pi, v]]),
+        sp.Symbol("c", positive=True),
+        sp.Derivative(sp.sin(x) * v, x),
+        10**30 * x,
     ],
     ids=str,
-)  # fmt: skip
+)
 def test_an_expression_is_read_as_it_was(expression):
     """To the last argument, also what SymPy would now evaluate."""
     whole = System((x,), (expression if isinstance(expression, sp.Expr) and expression.free_symbols <= {x} else x,))
@@ -131,26 +137,6 @@ def test_an_expression_is_read_as_it_was(expression):
         assert again == first == value
         assert sp.srepr(getattr(again, "expression", None)) == sp.srepr(getattr(value, "expression", None))
     assert len(calls) == 2
-
-
-def test_what_the_users_own_classes_make_of_it_is_not_kept(folder):
-    """Their code may be another one in the next process, and those of a function cannot be stored at all."""
-
-    class Stiffening(sp.Function):
-        pass
-
-    for cls in (Stiffening, type("Elsewhere", (sp.Function,), {"__module__": "notebook"}), sp.Function("f")):
-        assert derived(question(cls(x)), 2.0) == derived(question(cls(x)), 2.0) == answer(cls(x), 2.0)
-    assert len(calls) == 6
-    assert files_in(folder) == []
-
-
-def test_an_error_is_not_kept(folder):
-    for _ in range(2):
-        with pytest.raises(ValueError, match="negative"):
-            derived(question(), -1.0)
-    assert len(calls) == 2
-    assert files_in(folder) == []
 
 
 # What is read
@@ -290,7 +276,7 @@ def copied(key: Path, to: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @NOT_WINDOWS
-@pytest.mark.parametrize("mode", [0o600, 0o400, 0o640, 0o604, 0o620, 0o602, 0o644, 0o666])
+@pytest.mark.parametrize("mode", [0o400, 0o640, 0o602, 0o666])
 def test_a_key_that_others_can_read_or_write_is_refused(key, tmp_path, monkeypatch, mode):
     copied(key, tmp_path / "other", monkeypatch).chmod(mode)
     if mode in (0o600, 0o400):
@@ -326,14 +312,6 @@ def test_a_key_that_is_somebody_elses_or_damaged_is_refused(key, tmp_path, monke
             derived(question(), 1.0)
         assert len(notes) == 1
     assert len(calls) == len(changes)
-
-
-def test_a_key_in_the_cache_itself_is_refused(folder, monkeypatch):
-    """Who has a copy of the cache would have it as well."""
-    monkeypatch.setenv("XDG_STATE_HOME", str(folder / "state"))
-    with pytest.warns(RuntimeWarning, match="lies in the cache itself.*; give another folder by WUCHT_CACHE_DIR"):
-        derived(question(), 1.0)
-    assert not folder.exists()
 
 
 def test_without_its_key_all_is_derived_anew_with_one_note(folder, key, tmp_path):
@@ -437,29 +415,6 @@ def test_a_folder_that_others_can_write_is_not_used(folder, key):
     assert len(calls) == 3
 
 
-@NOT_WINDOWS
-def test_a_folder_behind_a_link_is_not_used(folder, key, tmp_path):
-    place = the_file(folder).parent
-    the_file(folder).unlink()
-    place.rename(tmp_path / "elsewhere")
-    place.symlink_to(tmp_path / "elsewhere")
-    with pytest.warns(RuntimeWarning, match="is not yours alone .*not used; see WUCHT_CACHE_DIR"):
-        derived(question(), 1.0)
-    assert list((tmp_path / "elsewhere").iterdir()) == []
-
-
-def test_on_windows_it_is_used_below_the_profile_alone(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(private_files, "WINDOWS", True)
-    monkeypatch.setattr(Path, "home", lambda: tmp_path)
-    derived(question(), 1.0)
-    derived(question(), 1.0)
-    assert len(calls) == 1
-    monkeypatch.setattr(Path, "home", lambda: tmp_path / "somebody")
-    with pytest.warns(RuntimeWarning, match="not in your profile folder"):
-        derived(question(), 1.0)
-    assert len(calls) == 2
-
-
 def test_without_a_place_to_write_it_is_derived_each_time(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("no folder")
     monkeypatch.setenv("WUCHT_CACHE_DIR", str(tmp_path / "file"))
@@ -511,9 +466,3 @@ def test_a_second_process_derives_nothing_and_computes_the_same(folder):
         said.append(run.stdout)
     assert said[0]
     assert said[1:] == said[:1] * 2
-
-
-def test_by_default_it_lies_in_the_users_cache_folder(monkeypatch):
-    monkeypatch.delenv("WUCHT_CACHE_DIR")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(Path("/somewhere")))
-    assert disk_cache.cache_folder().name == "wucht"

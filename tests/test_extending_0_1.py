@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
-import pytest
 import xarray as xr
 
-from wucht.extending_0_1 import Quantity, ReportLines, formats, report_lines, result_dataset, table
+from wucht.extending_0_1 import Quantity, ReportLines, result_dataset, table
 
 POINTS = [{"speed": 10.0, "torque": 2.0, "name": "low"}, {"speed": 20.0, "torque": None, "name": "high"}]
 PARTS = {"speed": ("speed", "rad/s"), "torque": ("torque", "N m"), "name": ("name", "")}
@@ -41,23 +38,4 @@ def test_lines_of_a_report_are_written_with_their_units() -> None:
         "  jerk         3000 mm/rad³, 2 mm",
         "  each         x: 2 µm, y: 500 mm",
         "  point        10 rad/s (95 rpm): 2 N m, low {as it is}",
-    ]
-
-
-@pytest.mark.parametrize(("speed", "words"), [(-100 * math.pi / 3, "-104.72 rad/s (-1000 rpm)"), (None, "none")])
-def test_a_speed_is_stated_in_both_units(speed: float | None, words: str) -> None:
-    assert formats(result())[0](speed) == words
-
-
-def test_amplitudes_that_are_angles_are_in_degrees_and_without_units_all_are_bare() -> None:
-    assert formats(result(), "rad")[1](math.pi / 8) == "22.5°" and formats(result())[1](9e-6) == "9 µm"
-    assert [f(1.23456789) for f in formats(result(True), "rad")] == ["1.2346"] * 2
-
-
-def test_a_report_of_lines_that_are_written() -> None:
-    assert report_lines(result(), "FINE", [("speed", "1"), ("", "2")]) == [
-        "A title",
-        "verdict: FINE",
-        "  speed        1",
-        "               2",
     ]

@@ -20,17 +20,13 @@ from tests.refusals import SENTENCES
         ({"speed": 1e-13}, {"speed": 0.0}, False),
         ({"throw_direction": 3e-7}, {"throw_direction": 2e-7}, False),
         ({"throw_direction": 5e-7}, {"throw_direction": 2e-7}, True),
-        ({"torque": 3e-7}, {"torque": 2e-7}, True),
         ({"speed": None}, {"speed": 0.0}, True),
-        ({"speed": 1.0}, {"speed": 1.0, "torque": 1.0}, True),
         ([1e-7, 1.0], [-1e-8, 1.0], False),
         ([1e-6, 1.0], [-1e-6, 1.0], True),
         ([1.0, 2.0], [1.0], True),
-        (True, False, True),
         ("12.34 mm at the end", "12.35 mm at the end", False),
         ("12.34 mm at the end", "12.34 m at the end", True),
         ("12.34 mm at the end", "12.54 mm at the end", True),
-        ("stable", "unstable", True),
     ],
 )
 def test_what_is_noticed(actual: Any, expected: Any, is_noticed: bool) -> None:

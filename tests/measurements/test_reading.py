@@ -7,9 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import pyuff
-from asammdf import MDF, Signal
-from nptdms import ChannelObject, TdmsWriter
 from scipy.io import wavfile
 from tests.refusals import refused
 
@@ -148,6 +145,8 @@ T = np.arange(5) * 0.25
 
 
 def write(path, *sets):
+    import pyuff
+
     file = pyuff.UFF(str(path))
     for given in sets:
         told = {
@@ -201,6 +200,8 @@ VALUES = np.array([60.0, 90, 120])
 
 
 def write_tdms(path, *channels):
+    from nptdms import ChannelObject, TdmsWriter
+
     with TdmsWriter(str(path)) as writer:
         writer.write_segment([ChannelObject(group, name, values, properties=told) for group, name, values, told in channels])
 
@@ -257,6 +258,8 @@ SLOW, FAST = np.array([0.5, 0.6, 0.9]), np.arange(6) / 20
 
 
 def write_mdf(path, *groups):
+    from asammdf import MDF, Signal
+
     with MDF() as file:
         for signals in groups:
             file.append([Signal(np.asarray(v), timestamps=t, name=n, unit=u, encoding="utf-8") for n, t, v, u in signals])

@@ -7,7 +7,6 @@ import math
 import re
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -87,19 +86,6 @@ def test_each_file_runs_over_one_thing(tmp_path: Path) -> None:
     ]
 
 
-def test_columns_of_two_dimensions_are_in_the_order_of_their_values(tmp_path: Path) -> None:
-    force = np.arange(12.0).reshape(2, 2, 3)
-    coordinates = {
-        "time": variable("time", [0.0, 0.5], "time", "s"),
-        "body": variable("body", ["a", "b"], "body"),
-        "way": variable("way", ["x", "y", "z"], "direction"),
-    }
-    path, *_ = save_csv(made({"force": variable("time body way", force, "force", "N")}, coordinates), tmp_path)
-    header, first, _ = rows(path)
-    assert header == ["time [s]", *(f"force {body} {way} [N]" for body in "ab" for way in "xyz")]
-    assert first == ["0.0", *map(str, force[0].ravel().tolist())]
-
-
 @pytest.mark.parametrize(("decimal_comma", "options"), [(False, {}), (True, {"sep": ";", "decimal": ","})])
 def test_pandas_reads_every_table_as_it_is(tmp_path: Path, decimal_comma: bool, options: dict[str, str]) -> None:
     """To the last bit, the same from both: but for the cells that begin like a formula."""
@@ -116,13 +102,6 @@ def test_pandas_reads_every_table_as_it_is(tmp_path: Path, decimal_comma: bool, 
             expected = expected.drop(columns="word")
         expected = expected.astype({name: int for name in expected if expected[name].dtype == bool})
         pd.testing.assert_frame_equal(stored, expected, check_exact=True)
-
-
-def test_a_decimal_comma_is_in_every_number_and_in_no_text(tmp_path: Path) -> None:
-    path = save_csv(made(), tmp_path, decimal_comma=True)[0]
-    assert rows(path, delimiter=";")[1:] == [
-        ["0,0", "0,1", "", "1,0", "'-1+2"], ["-0,5", repr(1 / 3).replace(".", ","), "1e-300", "-inf", 'a;b, "c"'],
-    ]  # fmt: skip
 
 
 def test_a_workbook_has_a_sheet_for_each_table(tmp_path: Path) -> None:
@@ -167,12 +146,6 @@ def test_a_table_larger_than_a_sheet_is_refused(tmp_path: Path) -> None:
     with refused("--xlsx", "1048576 rows", "--csv", code="too-large"):
         save_xlsx(result, tmp_path)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_without_openpyxl_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "openpyxl", None)
-    with refused("--xlsx", "wucht[xlsx]", code="extra"):
-        save_xlsx(made(), tmp_path)
 
 
 OFFICE = shutil.which("soffice")
