@@ -110,12 +110,3 @@ def test_every_study_has_them(wucht: Command, kind: str) -> None:
     stored = xr.load_dataset("out/result.nc", engine="h5netcdf")
     there = {name.split(" ")[0] for table in tables for name in table} | {n for t in tables for n in t.get("name", ())}
     assert {str(n) for n in stored.data_vars} <= there
-
-
-def test_bad_input(wucht: Command, refused: Callable[..., str], study: Study) -> None:
-    refused("export", "nowhere", "--csv", says=("nowhere", "no such file"))
-    Path("empty").mkdir()
-    refused("export", "empty", "--csv", says=("empty/result.nc", "no such file"))
-    wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json")
-    refused("export", "out", "--csv", "-o", "study.toml", says=("-o", "study.toml"))
-    refused("export", "out", says=("out/result.nc: run-up", "cannot be exported", "wucht export out --csv, or --xlsx"))

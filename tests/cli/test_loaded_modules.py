@@ -10,31 +10,6 @@ from pathlib import Path
 Study = Callable[..., Path]
 UNUSED = {"dask", "distributed", "heyoka", "rich", "clarabel", "pymoo", "SALib", "IPython", "fastapi"}
 UNUSED_MODULES = {"matplotlib.pyplot", "scipy.integrate", "scipy.linalg", "scipy.optimize", "scipy.special", "scipy.stats"}
-WITH_DASK = """
-import numpy as np
-
-from wucht.extending import Answer, Study, new_figure
-
-
-class Blocks(Study):
-    \"\"\"Count in blocks.\"\"\"
-
-    kind = "blocks"
-
-    def prepare(self, machine):
-        return len(machine.bodies)
-
-    def solve(self, machine, count, work):
-        from dask import array
-
-        a = Answer(machine.units)
-        a.curve("total", array.ones(count).sum().compute(), "number of bodies", over="")
-        a.sentence = f"{count} bodies"
-        yield a
-
-    def draw(self, result):
-        return new_figure(1, "", result.attrs["sentence"], 2.0)[0]
-"""
 ENDING = """
 import sys
 from wucht.cli import main
@@ -62,10 +37,3 @@ def test_a_warm_run_loads_no_library_that_it_does_not_use(study: Study) -> None:
     assert {"wucht", "numpy", "xarray", "matplotlib"} <= packages
     assert packages & UNUSED == set()
     assert modules & UNUSED_MODULES == set()
-
-
-def test_a_study_of_ones_own_may_compute_with_dask(study: Study) -> None:
-    """It is hidden only where nobody can use it."""
-    Path("blocks.py").write_text(WITH_DASK)
-    modules = _loaded_modules("run", study(), "--import", "blocks.py", "--set", "study.kind=blocks", "-o", "out")
-    assert "dask.array" in modules
