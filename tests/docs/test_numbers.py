@@ -18,7 +18,6 @@ from page_blocks import blocks, without_blocks
 from wucht.files.catalogue import FOLDER, names
 
 MARKED = {path.relative_to(PAGES).as_posix(): path for path in pages_with_numbers()}
-CAM = "practice/carton-pusher --set study.simulate=0 --set study.cuts=1"
 # Pages whose numbers with units are no results of runs on them, or have a test of their own.
 OTHERS = {
     "README.md": "times, of make bench",
@@ -131,25 +130,3 @@ def test_marks_are_complete_and_their_files_can_be_read(name: str, tmp_path: Pat
 def test_the_numbers_of_a_page_are_those_of_the_results(name: str) -> None:
     page = MARKED[name].read_text(encoding="utf-8")
     assert [n.text for n in numbers_of(page)] == [n.text for n in numbers_of(with_numbers(page))], "make numbers fills them in"
-
-
-def test_a_number_is_filled_in_with_its_unit_and_its_decimals() -> None:
-    """In SI the summary has 0.1158 and 0.0034 m. A mark without a file is of that before it."""
-    marks = ("fluctuation %", "0.0"), ("position_error.original mm", "9"), ("cut_residuals[0]", "0.1e-1"), ("driven", "`none`")
-    page = f"It swings by <!-- = {CAM} " + ", <!-- = ".join(f"| {name} -->{text}<!-- = -->" for name, text in marks)
-    filled = with_numbers(page)
-    assert [n.text for n in numbers_of(filled)] == ["11.6", "3", "7.4e-2", "`drive`"]
-    assert with_numbers(filled) == filled and filled.startswith("It swings by <!-- = practice/carton-pusher")
-
-
-def test_an_item_of_a_list_is_named_by_what_it_has() -> None:
-    """Of a file that the page itself shows: the three working points that docs/practice/fan.md prints."""
-    use = 'use = "practice/fan-on-inverter"\nset = { "drive.torque_limit" = 3.4 }'
-    block = f'```toml title="mine.toml"\n[machine]\n{use}\n[study]\nkind = "torque-balance"\n```\n'
-    page = f"{block}<!-- = mine.toml | working_points[stable=False].speed rpm -->1<!-- = -->"
-    filled = with_numbers(f"{page} <!-- = | working_points[2].speed -->0.1<!-- = -->")
-    assert [n.text for n in numbers_of(filled)] == ["680", "151.8"]
-    with pytest.raises(ValueError, match="too many values"):
-        with_numbers(f"{block}<!-- = mine.toml | working_points[stable=True].speed -->1<!-- = -->")
-    with pytest.raises(KeyError, match="frequency"):
-        with_numbers(f"{block}<!-- = mine.toml | working_points[0].frequency -->1<!-- = -->")
