@@ -19,9 +19,8 @@ import sympy as sp
 
 from wucht import disk_cache
 from wucht.disk_cache import derived as derived_module
-from wucht.disk_cache.user_key import key_for
 from wucht.machines.parts.base import Release
-from wucht.system import Output, SecondOrder, System
+from wucht.system import Output, System
 
 calls: list[object] = []
 x, v = sp.symbols("x v", real=True)
@@ -97,18 +96,6 @@ def test_it_is_derived_once_for_equal_inputs():
     for other in ((question(x + 2), 2.0, release), (question(x + 1), 2.0), (question(x + 1), 2.5, release)):
         assert derived(*other) == squared(*other)
     assert len(calls) == 1 + 2 * 3
-
-
-def test_what_an_object_has_computed_of_itself_is_neither_key_nor_kept(folder):
-    system = System((x, v), (v, -x), second_order=SecondOrder((x,), (v,), sp.ImmutableMatrix([[1]]), sp.ImmutableMatrix([-x])))
-    derived_system(system)
-    assert system.state_names == ("x", "v")
-    kept = derived_system(System((x, v), (v, -x)))
-    assert len(calls) == 1
-    assert kept.second_order == system.second_order  # the result of the first call, whole
-    assert "state_names" in vars(system)
-    assert "state_names" not in vars(kept)
-    assert all(b"state_names" not in file.read_bytes() for file in files_in(folder))
 
 
 @pytest.mark.parametrize(
@@ -349,33 +336,6 @@ def test_processes_that_begin_at_once_have_one_key(folder, tmp_path):
     assert (again.stdout.split(), again.stderr) == (["0"], "")
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes that begin at once are forks")
-def test_of_processes_that_make_a_key_at_once_one_does(folder, tmp_path, monkeypatch):
-    for number in range(40):
-        state = tmp_path / f"state-{number}"
-        monkeypatch.setenv("XDG_STATE_HOME", str(state))
-        (wait, begin), (answers, answer_to) = os.pipe(), os.pipe()
-        children = [_key_maker(folder, wait, begin, answer_to) for _ in range(4)]
-        os.close(wait)
-        os.close(begin)  # which all wait for
-        for process in children:
-            os.waitpid(process, 0)
-        assert os.read(answers, 1000) == (state / "wucht/cache-key").read_bytes() * 4
-        os.close(answers)
-        os.close(answer_to)
-
-
-def _key_maker(folder: Path, wait: int, begin: int, answer_to: int) -> int:
-    """A process that writes its key when the pipe is closed."""
-    process = os.fork()
-    if not process:
-        os.close(begin)
-        os.read(wait, 1)
-        os.write(answer_to, key_for(folder) or b"none")
-        os._exit(0)
-    return process
-
-
 CHILD = """
 import sys, sympy as sp
 from wucht.disk_cache import derived_once
@@ -413,13 +373,6 @@ def test_a_folder_that_others_can_write_is_not_used(folder, key):
     place.chmod(0o755)
     derived(question(), 1.0)
     assert len(calls) == 3
-
-
-def test_without_a_place_to_write_it_is_derived_each_time(tmp_path, monkeypatch):
-    (tmp_path / "file").write_text("no folder")
-    monkeypatch.setenv("WUCHT_CACHE_DIR", str(tmp_path / "file"))
-    assert derived(question(), 3.0) == derived(question(), 3.0)
-    assert len(calls) == 2
 
 
 def test_a_changed_program_derives_anew_and_only_the_last_are_kept(folder, tmp_path, monkeypatch):

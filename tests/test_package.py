@@ -9,9 +9,7 @@ import pkgutil
 import re
 import subprocess
 import sys
-import tomllib
 from importlib import import_module
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -37,14 +35,6 @@ FACES = [
     if hasattr(import_module(name), "__all__")
 ]
 PUBLIC = [("wucht", n) for n in NAMES if n != "parts"] + [(face, n) for face in FACES for n in import_module(face).__all__]
-
-
-def test_the_version_is_stated_alike() -> None:
-    root = Path(__file__).parents[1]
-    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    citation = re.search(r"^version: (.+)$", (root / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE)
-    assert citation is not None
-    assert project["version"] == citation[1] == wucht.__version__
 
 
 def test_the_docstring_of_the_package_is_true() -> None:
@@ -122,16 +112,3 @@ def test_examples_of_public_names_are_true() -> None:
         if not isinstance(public, ModuleType) and callable(public):
             for example in doctest.DocTestFinder(recurse=False).find(public, name):
                 assert runner.run(example).failed == 0, f"{package}.{name}"
-
-
-def test_one_run_is_a_table_of_its_own_size() -> None:
-    """Time, body and direction: the dimensions that something depends on, and no product with others."""
-    machine = wucht.load_machine("drozdetskaya-2020/r1")
-    result = wucht.run(wucht.RunUp(until=2.0, start={"p1": 0.3, "p2": -0.5}), machine)
-    assert set(result.sizes) == {"time", "body", "direction"}
-    assert len(result.to_dataframe()) == result.sizes["time"] * 3 * 2
-    course = result.wucht.table("time")
-    assert result.wucht.tables == ["time", "numbers"]
-    assert course["time [s]"].tolist() == result.time.values.tolist()
-    assert course["speed p1 [rad/s]"].tolist() == result.speed.sel(body="p1").values.tolist()
-    assert result.wucht.summary_table.loc["outcome", "value"] == result.wucht.summary["outcome"]

@@ -66,13 +66,6 @@ def test_springs_are_those_of_the_directions() -> None:
     assert [(m.dx, m.dy) for m in one.mounts] == [(-1.0, 0.0)]
 
 
-def test_a_dimensionless_machine_is_not_to_scale() -> None:
-    shape = _shape("drozdetskaya-2020/table-5.1")
-    assert not shape.to_scale
-    assert [b.name for b in shape.rotors[0].bodies] == ["p1", "p2"]
-    assert all(0 < b.arm < shape.rotors[0].radius for b in shape.rotors[0].bodies)
-
-
 @pytest.mark.parametrize("every", [7, pytest.param(1, marks=pytest.mark.slow)])
 def test_every_machine_is_drawn_with_the_names_of_its_bodies_apart(every: int) -> None:
     for name in names()[::every]:

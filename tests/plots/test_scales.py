@@ -13,7 +13,6 @@ from wucht.plots.cam_drawings import draw_motion, radii_of_curvature
 from wucht.plots.scales import (
     decades_about,
     multiples_of_pi,
-    power_text,
     prefixed_unit,
     printed_values,
     travel_unit,
@@ -59,12 +58,6 @@ def test_lengths_are_drawn_in_millimetres_and_what_has_a_unit_of_its_own_in_that
 @pytest.mark.parametrize(("unit", "drawn"), [("rad", (180 / math.pi, "°")), ("m", (1e3, "mm"))])
 def test_a_motion_is_drawn_in_degrees_or_millimetres(unit: str, drawn: tuple[float, str]) -> None:
     assert travel_unit(xr.DataArray(0.0, attrs={"units": unit})) == pytest.approx(drawn)
-
-
-def test_powers_of_ten_as_they_are_printed() -> None:
-    assert [power_text(x) for x in (1e-12, 2e-5, 1.0, 5e3, 1e10, 1e12, 1e100)] == [
-        "10⁻¹²", "2·10⁻⁵", "10⁰", "5·10³", "10¹⁰", "10¹²", "10¹⁰⁰",
-    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from matplotlib import rc_context, rcParams
 from matplotlib.figure import Figure
@@ -46,17 +45,6 @@ def test_whatever_is_named_stands_on_the_page_beside_all_else(page: Page, count:
     figure = drawn(page, names)
     figure_checks.check(figure)
     assert [t.get_text().replace("\n", " ") for t in figure.axes[0].get_legend().get_texts()] == names
-
-
-def test_rpm_beside_radians_a_second_only() -> None:
-    figure = drawn(PRINT, ["p1", "p2"])
-    figure.draw_without_rendering()
-    [second] = figure.axes[0].child_axes
-    assert second.get_ylim() == pytest.approx(np.array(figure.axes[0].get_ylim()) * 30 / np.pi)
-    with page_context(PRINT):
-        _, (axis,) = sheet.new_figure(1, "title")
-        sheet.rpm_axis(axis, "")
-    assert axis.child_axes == []
 
 
 @pytest.mark.parametrize(("ends", "direct"), [((1.0, 5.0, 9.0), True), ((1.0, 1.1, 9.0), False), ((1.0, 5.0, None), False)])
@@ -194,16 +182,3 @@ def test_numbers_beside_each_other_are_written_in_full() -> None:
     figure.draw_without_rendering()
     assert axis.yaxis.get_offset_text().get_text() == ""
     assert axis.yaxis.get_major_formatter().format_ticks(axis.yaxis.get_majorticklocs())[0].startswith("1000.00")
-
-
-def test_a_sentence_that_does_not_fit_below_the_title_is_in_small_type_above_the_assumptions() -> None:
-    with page_context(PRINT):
-        figure, (axis,) = sheet.new_figure(1, "title", "a sentence with 7.30712 s and many more words " * 4)
-        axis.plot([0.0, 1.0], [0.0, 1.0])
-        sheet.write_assumptions(figure, ["no friction"])
-        arranging.arrange(figure)
-    assert figure.get_suptitle() == "title"
-    (note,) = figure.texts[1:]
-    *sentence, assumption = note.get_text().split("\n")
-    assert " ".join(sentence).startswith("a sentence with 7.307 s") and assumption == "assumed: no friction"
-    assert note.get_fontsize() == PRINT.small

@@ -13,27 +13,12 @@ from wucht.plots import sheet
 from wucht.plots.page import PRINT, page_context
 from wucht.plots.stability_lines import (
     OVERLAPPING,
-    Symbol,
     draw_by_stability,
     draw_configurations,
-    draw_kinds,
     extend_both_ways,
-    kind_entries,
     smooth_curve,
 )
 from wucht.plots.style import COLOURS, GREY, mark_speeds
-
-SYMBOLS: dict[str, Symbol] = {"": ("^", "white", ""), "hopf": ("D", "white", "Hopf point"), "branch-point": ("s", "black", "")}
-KINDS = np.array(["hopf", "", "branch-point", "hopf", "torus"])
-
-
-def test_special_points_and_their_legend_have_the_same_symbols() -> None:
-    axis = Figure().add_subplot()
-    draw_kinds(axis, np.arange(5.0), np.arange(5.0), KINDS, SYMBOLS)
-    handles = kind_entries(KINDS, SYMBOLS)
-    assert [h.get_label() for h in handles] == ["Hopf point", "branch point", "torus"]
-    assert [line.get_marker() for line in axis.get_lines()] == [h.get_marker() for h in handles] == ["D", "s", "^"]
-    assert [len(np.atleast_1d(line.get_xdata())) for line in axis.get_lines()] == [2, 1, 1]
 
 
 def test_a_dashed_line_begins_where_the_solid_one_ends() -> None:

@@ -165,19 +165,6 @@ class Evil:
         return Path.touch, (self.target,)
 
 
-def test_arrays_of_any_layout(tmp_path: Path) -> None:
-    """Those that are no block of memory in the order of their indices, and empty ones."""
-    table = np.arange(15.0).reshape(3, 5)
-    values = {
-        "turned": table.T,
-        "column": table[:, 1],
-        "backwards": table[::-1],
-        "none": np.zeros((0, 2)),
-        "one": np.array(3.0),
-    }
-    assert same(back(tmp_path, **values), values | {"one": 3.0})
-
-
 @pytest.mark.skipif(sys.platform != "linux", reason="the peak is told in other units elsewhere")
 def test_a_large_array_is_not_copied_to_be_written(tmp_path: Path) -> None:
     """Of 100 MB: an array as it lies in memory, and one that does not."""

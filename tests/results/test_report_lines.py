@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import wucht
 from wucht.extending import Answer
 from wucht.machines.structure import Units
 from wucht.results.report import report_of
@@ -156,14 +155,6 @@ def test_columns_of_a_table_are_variables() -> None:
     assert result.point_stable.dtype == np.int8 and np.isnan(result.point_speed.values[1])
     assert result.pole_size.dims == ("pole",) and result.pole_size.attrs == {"long_name": "size", "units": "m"}
     assert result.wucht.headlines == ["points.speed"] and result.wucht.unit_at("points[0].speed") == "rad/s"
-
-
-def test_a_number_of_a_table_is_stated_once_and_the_others_remain() -> None:
-    a = answer()
-    with pytest.raises(wucht.WuchtError, match="'largest'"), a.group("loads", "loads"):
-        a.number("largest", 5.0, "largest load")
-        a.number("largest", 6.0, "another one")
-    assert "speed" in a.summary and "loads" not in a.summary
 
 
 def test_an_answer_whose_statement_was_stopped_is_stated_anew() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import math
 import re
 import shutil
 import subprocess
@@ -104,21 +103,6 @@ def test_pandas_reads_every_table_as_it_is(tmp_path: Path, decimal_comma: bool, 
         pd.testing.assert_frame_equal(stored, expected, check_exact=True)
 
 
-def test_a_workbook_has_a_sheet_for_each_table(tmp_path: Path) -> None:
-    path = save_xlsx(made(), tmp_path)
-    assert path.name == "run-up.xlsx"
-    sheets = pd.read_excel(path, sheet_name=None)
-    assert list(sheets) == ["numbers", "time", "jumps"]
-    time = sheets["time"]
-    assert list(time.columns) == ["time [s]", "speed drum [rad/s]", "speed p, 1 [rad/s]", "power [W]", "word"]
-    assert time.iloc[:, :3].to_numpy().tolist()[0][:2] == [0.0, 0.1]
-    assert time["speed drum [rad/s]"].tolist() == [0.1, 1 / 3]
-    assert math.isnan(time["speed p, 1 [rad/s]"][0]) and time["speed p, 1 [rad/s]"][1] == 1e-300
-    assert sheets["jumps"]["fold"].tolist() == [1, 0]
-    numbers = sheets["numbers"].set_index("name")["value"]
-    assert (numbers["sentence"], numbers["outcome"], numbers["final_phases.p, 1"]) == ("it is captured", "captured", 1.5)
-
-
 def test_no_cell_of_a_workbook_is_a_formula(tmp_path: Path) -> None:
     result = made(coordinates={"body": variable("body", ["=1+1", "+2\x07"], "body"), "time": variable("time", [0.0, 1.0], "t")})
     result.attrs["study"] = "../x"
@@ -129,15 +113,6 @@ def test_no_cell_of_a_workbook_is_a_formula(tmp_path: Path) -> None:
     texts = {cell.value for cell in cells if isinstance(cell.value, str)}
     assert {"'=HYPERLINK(1)", "'-1+2", "-inf", "speed +2? [rad/s]"} <= texts
     assert not {text for text in texts if text.startswith(("=", "+", "@"))}
-
-
-def test_names_and_texts_that_a_sheet_cannot_hold(tmp_path: Path) -> None:
-    dims = ("a" * 40, "a" * 39 + "b", "A" * 40, "c[1]:*?")
-    data = {f"v{k}": variable(dim, [1.0], "v") for k, dim in enumerate(dims)} | {"long": variable("", "x" * 40_000, "long")}
-    book = openpyxl.load_workbook(save_xlsx(made(data, {}), tmp_path))
-    assert book.sheetnames == ["numbers", "a" * 31, "a" * 27 + " (2)", "A" * 27 + " (3)", "c-1----", "jumps"]
-    (text,) = (row[1] for row in book["numbers"].iter_rows(values_only=True) if row[0] == "long")
-    assert len(text) == 32_767 and text.endswith("x ... (shortened)")
 
 
 def test_a_table_larger_than_a_sheet_is_refused(tmp_path: Path) -> None:
