@@ -419,3 +419,36 @@ def test_a_second_process_derives_nothing_and_computes_the_same(folder):
         said.append(run.stdout)
     assert said[0]
     assert said[1:] == said[:1] * 2
+
+
+def test_what_the_users_own_classes_make_of_it_is_not_kept(folder):
+    """Their code may be another one in the next process, and those of a function cannot be stored at all."""
+
+    class Stiffening(sp.Function):
+        pass
+
+    for cls in (Stiffening, type("Elsewhere", (sp.Function,), {"__module__": "notebook"}), sp.Function("f")):
+        assert derived(question(cls(x)), 2.0) == derived(question(cls(x)), 2.0) == answer(cls(x), 2.0)
+    assert len(calls) == 6
+    assert files_in(folder) == []
+
+
+def test_a_key_in_the_cache_itself_is_refused(folder, monkeypatch):
+    """Who has a copy of the cache would have it as well."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(folder / "state"))
+    with pytest.warns(RuntimeWarning, match="lies in the cache itself.*; give another folder by WUCHT_CACHE_DIR"):
+        derived(question(), 1.0)
+    assert not folder.exists()
+
+
+def test_without_a_place_to_write_it_is_derived_each_time(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("no folder")
+    monkeypatch.setenv("WUCHT_CACHE_DIR", str(tmp_path / "file"))
+    assert derived(question(), 3.0) == derived(question(), 3.0)
+    assert len(calls) == 2
+
+
+def test_by_default_it_lies_in_the_users_cache_folder(monkeypatch):
+    monkeypatch.delenv("WUCHT_CACHE_DIR")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(Path("/somewhere")))
+    assert disk_cache.cache_folder().name == "wucht"

@@ -41,6 +41,7 @@ def test_the_docstring_of_the_package_is_true() -> None:
     """It names every name, and its example gives what it says."""
     words = set(re.findall(r"[A-Za-z_]+", wucht.__doc__ or ""))
     assert set(NAMES) - words == set()
+    assert dir(wucht) == sorted(wucht.__all__)
     assert doctest.testmod(wucht).failed == 0
 
 

@@ -74,3 +74,9 @@ def test_only_definitions_that_are_used_are_needed_in_their_order():
 def test_every_place_is_searched_for_what_is_not_known(place, refusal):
     with refusal:
         System((x,), (x,), **place)
+
+
+def test_an_output_or_a_quadrature_by_its_name():
+    assert [TWO.output(n).expression for n in ("place", "force", "work")] == [3 * x, d, d * y]
+    with pytest.raises(KeyError):
+        TWO.output("power")

@@ -14,6 +14,7 @@ import pytest
 from tests.conftest import STUDY
 from tests.refusals import cases_of, check_file, check_refusal
 
+from wucht import __version__ as version
 from wucht import run_file
 
 Refused = Callable[..., str]
@@ -267,7 +268,16 @@ def test_control_characters_of_a_name_are_not_said(refused: Refused, here: Path)
 def test_new_of_an_unknown_name(refused: Refused, here: Path) -> None:
     refused("new", "runup", says=("given 'runup'", "did you mean 'run-up'?"))
     refused("new", "../../etc/passwd", says=("must be a study or a catalogue name; `wucht list` prints all names",))
+    refused("new", "run-up", 300 * "x", says=("xxx",))
+    refused("run", 300 * "x" + ".toml", says=("xxx",))
+    refused("new", "run-up", "nowhere/mine.toml", says=("given 'nowhere/mine.toml'", "written"))
     assert not list(Path().iterdir())
+
+
+def test_new_on_stdout(wucht: Command, here: Path) -> None:
+    assert wucht("new", "run-up", "mine.toml").code == 0
+    assert wucht("new", "run-up", "-").out == Path("mine.toml").read_text(encoding="utf-8")
+    assert wucht("--version").out == f"wucht {version}\n"
 
 
 def test_plot_of_a_stranger(refused: Refused, here: Path) -> None:
@@ -278,6 +288,8 @@ def test_plot_of_a_stranger(refused: Refused, here: Path) -> None:
     refused("plot", "other.nc", says=("other.nc: ", "not written by wucht"))
     xr.Dataset(data, attrs={"study": "run-up"}).to_netcdf("other.nc", engine="h5netcdf")
     refused("plot", "other.nc", says=("other.nc: summary", "missing"))
+    Path("empty.nc").write_bytes(b"")
+    refused("plot", "empty.nc", says=("empty.nc: ", "it is empty"))
 
 
 def test_resume_of_a_damaged_result(refused: Refused, study: Study) -> None:

@@ -66,6 +66,12 @@ WRONG = {
 }
 
 
+def test_a_comparison_of_comparisons(refused: Refused, wucht: Command, study: Study) -> None:
+    assert wucht("new", "comparison").code == 0
+    refused("compare", "comparison.toml", study(), says=("study.of", "this is a comparison"))
+    refused("run", "comparison.toml", "--set", "study.vary=3", says=("comparison.toml: study.vary", "table of lists"))
+
+
 @pytest.mark.parametrize(("words", "says"), WRONG.values(), ids=WRONG.keys())
 def test_bad_input(refused: Refused, study: Study, words: tuple[str, ...], says: tuple[str, ...]) -> None:
     study()

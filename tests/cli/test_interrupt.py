@@ -195,3 +195,31 @@ def test_a_ctrl_c_that_is_swallowed_is_raised_by_the_next_check() -> None:
         with suppress(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
         check()
+
+
+@pytest.mark.usefixtures("no_figures")
+def test_writing_that_is_cut_off_leaves_the_earlier_result(
+    wucht: Command, study: Study, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json").code == 0
+    before = Path("out/result.nc").read_bytes()
+
+    def half(path: Path, whole: bytes) -> None:
+        with path.open("wb") as file:
+            file.write(whole[: len(whole) // 2])
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "write_bytes", half)
+        completed = wucht("run", study(), "-o", "out", "--json")
+    assert completed.code == 130
+    stays = "there is no result yet, and --resume continues from there; the earlier result, out/result.nc, is unchanged"
+    assert completed.err.endswith(f"wucht: interrupted: {stays}\n")
+    assert Path("out/result.nc").read_bytes() == before
+    assert wucht("run", study(), "-o", "out", "--json").code == 0
+    assert sorted(p.name for p in Path("out").iterdir()) == ["result.nc", "run-up.png", "summary.json"]
+
+
+def test_what_fails_by_itself_is_no_interruption() -> None:
+    with pytest.raises(ImportError), interrupt_check():
+        raise ImportError("no such module")

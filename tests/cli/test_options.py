@@ -140,3 +140,10 @@ def test_the_date_of_files_is_within_the_calendar(monkeypatch: pytest.MonkeyPatc
             check_environment()
     monkeypatch.delenv("SOURCE_DATE_EPOCH")
     check_environment()
+
+
+def test_an_installed_module_is_imported_by_its_name(wucht: Any, here: Path) -> None:
+    write("place/own_d.py", "value = 5\n")
+    sys.path.insert(0, str(here / "place"))
+    assert wucht("run", "--import", "own_d", "nothing.toml").code == 2
+    assert sys.modules["own_d"].value == 5

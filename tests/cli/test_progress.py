@@ -121,3 +121,25 @@ def test_a_preparation_is_shown_without_a_forecast(monkeypatch: pytest.MonkeyPat
         monkeypatch.setattr(time, "perf_counter", lambda: begin + 70.0)
         made.update(0.001, "settling")
     assert len(written.getvalue().splitlines()) == lines
+
+
+class Terminal(io.StringIO):
+    """A stream that says that someone looks."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_names_are_shown_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Brackets are no markup, and what a name has of control characters does not reach the terminal."""
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setenv("COLUMNS", "200")
+    with progress.Progress("a[/b]\x1b[41m.toml") as made:
+        time.sleep(0.6)
+        made.update(0.5, "[red] 3 of 6")
+        made.announce("its equations take [12] s")
+    made.announce("nothing more")
+    said = terminal.getvalue()
+    assert "a[/b]?[41m.toml: [red] 3 of 6" in said and "a[/b]?[41m.toml: its equations take [12] s" in said
+    assert "nothing more" not in said

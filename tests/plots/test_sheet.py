@@ -182,3 +182,11 @@ def test_numbers_beside_each_other_are_written_in_full() -> None:
     figure.draw_without_rendering()
     assert axis.yaxis.get_offset_text().get_text() == ""
     assert axis.yaxis.get_major_formatter().format_ticks(axis.yaxis.get_majorticklocs())[0].startswith("1000.00")
+
+
+def test_figures_that_were_made_otherwise_stay_as_they_are() -> None:
+    own = Figure(figsize=(3, 2))
+    axis = own.subplots()
+    before = axis.get_position().bounds
+    assert arrange(own).get_size_inches().tolist() == [3, 2]
+    assert axis.get_position().bounds == before

@@ -213,3 +213,27 @@ def test_an_earlier_report_survives_a_failure(refused: Refused, wucht: Command, 
     refused("report", str(results / "cam"), "damaged.nc", "-o", "report.html", says=("damaged.nc",))
     assert Path("report.html").read_text(encoding="utf-8") == before
     assert sorted(path.name for path in here.iterdir()) == ["damaged.nc", "report.html"]
+
+
+def test_an_incomplete_result_says_so(wucht: Command, here: Path, results: Path) -> None:
+    _changed(results / "cam", here / "broken", finished=0, failure="the integration stopped at t = 1 s")
+    page = Page(_page(wucht, "broken"))
+    assert "This result is incomplete the integration stopped at t = 1 s" in page.text
+
+
+def test_bad_results(refused: Refused, here: Path, results: Path) -> None:
+    (here / "empty").mkdir()
+    _changed(results / "cam", here / "unknown", study="no-such-study")
+    refused("report", "absent.nc", says=("absent.nc", "there is no such file"))
+    refused("report", "empty", says=("empty", "there is no result.nc in this folder"))
+    refused("report", "unknown", says=("unknown", "no-such-study"))
+    assert not Path("report.html").exists()
+
+
+def test_columns_that_do_not_fit_are_named(wucht: Command, here: Path, results: Path) -> None:
+    rows = [{f"key {k}": k * row for k in range(9)} for row in range(1, 7)]
+    summary = load_result(results / "cam").wucht.summary | {"rows": rows}
+    _changed(results / "cam", here / "wide", summary=json.dumps(summary))
+    page = Page(_page(wucht, "wide"))
+    assert "Also in the result file: key 7, key 8." in page.text
+    assert "Key 6" in page.text and "Key 7" not in page.text

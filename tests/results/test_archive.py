@@ -178,3 +178,7 @@ def test_a_large_array_is_not_copied_to_be_written(tmp_path: Path) -> None:
     for layout in ("whole", "part"):
         command = [sys.executable, "-c", script, str(tmp_path / "a"), layout]
         assert float(subprocess.run(command, check=True, capture_output=True, text=True).stdout) < 60
+
+
+def test_numbers_of_numpy_and_complex_numbers(tmp_path: Path) -> None:
+    assert back(tmp_path, a=np.float64(0.1), b=np.int64(3), c=1 + 2j) == {"a": 0.1, "b": 3, "c": 1 + 2j}

@@ -330,3 +330,9 @@ def test_folders_that_cannot_be_made(tmp_path: Path) -> None:
     (tmp_path / "out" / "result.nc").mkdir(parents=True)
     with refused("-o", "result.nc", given=str(tmp_path / "out"), code="folder"):
         prepare_folder(tmp_path / "out", ["result.nc"])
+
+
+def test_a_folder_in_the_place_of_a_file(tmp_path: Path) -> None:
+    (tmp_path / "result.nc").mkdir()
+    with refused("-o", "result.nc", code="folder"):
+        prepare_folder(tmp_path, ["result.nc"])

@@ -108,6 +108,7 @@ EDITS: dict[str, tuple[str, Callable[[xr.Dataset], xr.Dataset]]] = {
     **{f"{name}: {wrong}": (f"{name}: given {wrong!r}", lambda r, name=name, wrong=wrong: r.assign_attrs({name: wrong}))
        for name, wrong in (("summary", "x"), ("summary", "[]"), ("input", "3"), ("notes", "{}"), ("contents", "x"),
                            ("quantities", "3"), ("quantities", '{"a": {"unit": 3}}'), ("parts", '[{"on": 3}]'))},
+    "a number that is none": ("finished: given '1'", lambda r: r.assign_attrs(finished="1")),
     "too deep": ("summary: given '[[", lambda r: r.assign_attrs(summary="[" * 10**5)),
     "a question without a machine": ("tables of the question and the machine", lambda r: r.assign_attrs(input='{"study": {}}')),
     "warnings that are no texts": ("warnings: given '[1]'", lambda r: r.assign_attrs(warnings="[1]")),

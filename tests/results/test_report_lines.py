@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from wucht import WuchtError
 from wucht.extending import Answer
 from wucht.machines.structure import Units
 from wucht.results.report import report_of
@@ -173,3 +174,17 @@ def test_an_answer_whose_statement_was_stopped_is_stated_anew() -> None:
         a.to_dataset()
     result = a.to_dataset()
     assert (result.wucht.summary, result.wucht.warnings) == ({"sentence": "it turns", "speed": 100.0}, ["a doubt"])
+
+
+def test_a_number_is_stated_once() -> None:
+    a = answer()
+    a.number("speed", 3.0, "another speed")
+    with pytest.raises(WuchtError, match="'speed'"):
+        a.to_dataset()
+
+
+def test_numbers_of_arrays_are_numbers_of_the_summary() -> None:
+    a = Answer()
+    a.number("count", np.int64(3), "count")
+    a.number("shares", np.array([0.5, np.nan]), "shares")
+    assert a.to_dataset().wucht.summary == {"sentence": "", "count": 3, "shares": [0.5, None]}

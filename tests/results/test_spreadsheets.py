@@ -6,6 +6,7 @@ import csv
 import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -175,3 +176,9 @@ def test_a_carriage_return_ends_no_row(tmp_path: Path) -> None:
     times = variable("time", [0.0, 1.0], "time", "s")
     path, *_ = save_csv(made({"word": variable("time", ["a\r=1+1", "b\r\n=2"], "word")}, {"time": times}), tmp_path)
     assert rows(path)[1:] == [["0.0", "a\n=1+1"], ["1.0", "b\n=2"]]
+
+
+def test_without_openpyxl_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "openpyxl", None)
+    with refused("--xlsx", "wucht[xlsx]", code="extra"):
+        save_xlsx(made(), tmp_path)

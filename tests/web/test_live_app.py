@@ -9,6 +9,7 @@ import socket
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -121,3 +122,8 @@ def test_in_the_browser_the_label_goes_and_comes_back(browser: Browser, tmp_path
         assert [one for one in requests if not one.startswith(visits)] == posts
         assert page.url == app.address, "the key is gone from the address, and so from links"
         page.context.close()
+
+
+@needs_page
+def test_a_file_that_is_not_there_is_one_sentence(refused: Callable[..., str]) -> None:
+    refused("app", "nothing.toml", "--port", "0", "--no-browser", says=("nothing.toml: there is no such file",))

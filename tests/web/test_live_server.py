@@ -251,3 +251,7 @@ def test_a_page_whose_verdict_takes_too_long_comes_without_one(folder: Path) -> 
         page = client.get("/machine/long.toml")
     assert page.status_code == 200
     assert json.loads(re.search(r"^const page = (.*);$", page.text, re.M)[1])["text"]["verdict"] is None  # type: ignore[index]
+
+
+def test_bytes_that_are_no_text_are_refused(client: TestClient) -> None:
+    assert client.post("/verdict", content=b"\xff\xfe", headers=PAGE).status_code == 422

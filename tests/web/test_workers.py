@@ -172,3 +172,25 @@ def test_a_machine_has_at_most_a_hundred_bodies(workers: Workers, count: int, is
         )
     else:
         assert error.startswith("machine.carrier.damping: given -1")
+
+
+def test_after_its_end_nothing_is_answered(tmp_path: Path) -> None:
+    workers = Workers(tmp_path, judging=120.0)
+    answers: list[Answer] = []
+    thread = in_thread(lambda: workers.verdict(LONG), answers)
+    time.sleep(1.0)
+    workers.close()
+    thread.join(10)
+    assert "stopped" in answers[0]["error"]
+    assert "stopped" in workers.verdict(SHORT)["error"]
+
+
+def test_a_page_that_takes_too_long_says_what_makes_it(tmp_path: Path) -> None:
+    """It has no study file to copy: that is what a verdict says."""
+    (tmp_path / "drum.toml").write_text(STUDY, encoding="utf-8")
+    workers = Workers(tmp_path, judging=0.0, making=0.0)
+    assert workers.page(str(tmp_path / "drum.toml"), None) == {
+        "timed_out": True, "error": "the equations of this machine take longer than 0 s: use `wucht share FILE`", "status": 503,
+    }  # fmt: skip
+    assert workers.machines()["error"] == "the list of machines takes longer than 0 s: use `wucht list`, and `wucht app FILE`"
+    workers.close()
