@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
+import pytest
 import xarray as xr
 
-from wucht.extending_0_1 import Quantity, ReportLines, result_dataset, table
+from wucht.extending_0_1 import Quantity, ReportLines, formats, report_lines, result_dataset, table
 
 POINTS = [{"speed": 10.0, "torque": 2.0, "name": "low"}, {"speed": 20.0, "torque": None, "name": "high"}]
 PARTS = {"speed": ("speed", "rad/s"), "torque": ("torque", "N m"), "name": ("name", "")}
@@ -38,4 +41,18 @@ def test_lines_of_a_report_are_written_with_their_units() -> None:
         "  jerk         3000 mm/rad³, 2 mm",
         "  each         x: 2 µm, y: 500 mm",
         "  point        10 rad/s (95 rpm): 2 N m, low {as it is}",
+    ]
+
+
+@pytest.mark.parametrize(("speed", "words"), [(-100 * math.pi / 3, "-104.72 rad/s (-1000 rpm)"), (None, "none")])
+def test_a_speed_is_stated_in_both_units(speed: float | None, words: str) -> None:
+    assert formats(result())[0](speed) == words
+
+
+def test_a_report_of_lines_that_are_written() -> None:
+    assert report_lines(result(), "FINE", [("speed", "1"), ("", "2")]) == [
+        "A title",
+        "verdict: FINE",
+        "  speed        1",
+        "               2",
     ]

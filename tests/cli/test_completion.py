@@ -19,11 +19,8 @@ PROGRAM = Path(sys.executable).with_name("wucht")
 R1 = "wucht run drozdetskaya-2020/r1"
 LINES = {
     "wucht run sperling-rollers/table-": [f"sperling-rollers/table-{k}" for k in (1, 2, 3)],
-    f"{R1} --set study.model=": ["study.model=both", "study.model=full", "study.model=slow"],
     f"{R1} --set study.tolerance=": ["study.tolerance="],
     "wucht compare drozdetskaya-2020/r1 practice/screen --vary e1.un": ["e1.unbalance="],
-    "wucht run nowhere --set p1": [],
-    "wucht plot out --style j": ["journal"],
     "wucht new cam-p": ["cam-prediction"],
 }
 

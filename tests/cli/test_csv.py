@@ -92,6 +92,7 @@ def test_other_forms_of_a_result(wucht: Command, refused: Callable[..., str], st
     pd.testing.assert_frame_equal(over_time, stored, check_exact=True)
     pd.testing.assert_frame_equal(pd.read_csv("out/run-up-time.csv", **options), stored, check_exact=True)
     pd.testing.assert_frame_equal(pd.read_excel("again/run-up.xlsx", sheet_name="time"), stored, check_dtype=False, rtol=1e-15)
+    refused("export", "out", says=("out/result.nc: run-up", "cannot be exported", "wucht export out --csv, or --xlsx"))
     refused("export", "out", "--xlsx", "--decimal", "comma", says=("--decimal", "comma", "--csv"))
     refused("compare", "study.toml", "study.toml", "--decimal", "comma", says=("--decimal", "comma", "--csv"))
 

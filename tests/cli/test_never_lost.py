@@ -89,7 +89,7 @@ def test_a_figure_and_a_report_that_fail_are_warnings(here: Path) -> None:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGKILL, marks=pytest.mark.slow)])
 def test_a_process_that_ends_while_it_draws_has_its_result(here: Path, number: int) -> None:
     """The first Ctrl-C is kept for the next report of progress, the second ends the process at once; a kill cannot wait."""
     kill = f"import os; [os.kill(os.getpid(), {int(number)}) for _ in range(2)]; return self.unused_draw(result)"

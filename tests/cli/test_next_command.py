@@ -61,7 +61,7 @@ def test_the_command_of_a_run_can_be_run(wucht: Command, study: Study) -> None:
     assert "verdict: COMPENSATED" in first.out
     words = _next(first.out)
     assert words == ["run", "study.toml", *kept, "--set", "study.kind=coast-down"]
-    second = wucht(*words)
+    second = wucht(*words, "--set", "study.until=0.2")
     assert second.code == 0
     assert _next(second.out)[-1] == "study.kind=response"
 

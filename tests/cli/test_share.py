@@ -76,7 +76,12 @@ def test_an_installation_without_the_page_says_how_to_build_it(
     assert "pip install --force-reinstall --no-deps --no-cache-dir wucht" in done.err
 
 
-@pytest.mark.parametrize("name", ["practice/laundry-drum", "practice/screen"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "practice/screen",
+    ],
+)
 def test_a_page_is_small_and_has_no_address_outside(wucht: Command, here: Path, name: str) -> None:
     try:
         live_page.built_file("live.js")

@@ -114,6 +114,7 @@ def test_a_typed_number_is_noticed() -> None:
         typed(f"{text} <!-- by hand: 13 kW -->", "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MARKED)
 def test_marks_are_complete_and_their_files_can_be_read(name: str, tmp_path: Path) -> None:
     page = MARKED[name].read_text(encoding="utf-8")

@@ -49,3 +49,8 @@ def test_a_curve_has_a_gap_where_an_angle_is_wrapped() -> None:
     assert curve[0, -1] == pytest.approx(3.3 - 2 * np.pi)
     within = wrapped_curve(np.array([[3.1, 3.2], [0.0, 1.0]]), np.array([True, False]), (0.0, 0.0))
     assert within.tolist() == [[3.1, 3.2], [0.0, 1.0]]
+
+
+def test_samples_that_are_far_apart_are_dots() -> None:
+    line = line_of(np.pad(circle(301, 100.0), [(0, 0), (0, 5)], constant_values=np.nan), "chaotic")
+    assert line.get_linestyle() == "None" and len(np.asarray(line.get_xdata())) == 301

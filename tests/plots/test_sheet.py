@@ -39,7 +39,7 @@ def drawn(page: Page, names: list[str], title: str = "title", **keys: Any) -> Fi
 
 
 @PAGES
-@pytest.mark.parametrize("count", [1, pytest.param(4, marks=pytest.mark.slow), 12])
+@pytest.mark.parametrize("count", [4, pytest.param(12, marks=pytest.mark.slow)])
 def test_whatever_is_named_stands_on_the_page_beside_all_else(page: Page, count: int) -> None:
     names = [f"a body with a rather long name, number {k}" if k % 2 else f"b{k}" for k in range(count)]
     figure = drawn(page, names)
@@ -47,7 +47,7 @@ def test_whatever_is_named_stands_on_the_page_beside_all_else(page: Page, count:
     assert [t.get_text().replace("\n", " ") for t in figure.axes[0].get_legend().get_texts()] == names
 
 
-@pytest.mark.parametrize(("ends", "direct"), [((1.0, 5.0, 9.0), True), ((1.0, 1.1, 9.0), False), ((1.0, 5.0, None), False)])
+@pytest.mark.parametrize(("ends", "direct"), [((1.0, 5.0, 9.0), True), ((1.0, 1.1, 9.0), False)])
 def test_lines_are_named_where_they_end_if_there_is_room(ends: tuple[float | None, ...], direct: bool) -> None:
     """Not where they end too near to each other, or before the others."""
     with page_context(PRINT):
@@ -86,9 +86,9 @@ def test_the_checks_find_what_is_wrong() -> None:
 
 def test_a_figure_that_is_no_more_needed_is_freed() -> None:
     """Sixty of them took 4 to 10 MB each."""
-    alive = [weakref.ref(drawn(PRINT, ["one", "two"])) for _ in range(3)]
+    alive = [weakref.ref(drawn(PRINT, ["one", "two"])) for _ in range(1)]
     gc.collect()
-    assert [figure() for figure in alive] == [None, None, None]
+    assert [figure() for figure in alive] == [None]
 
 
 def test_a_speed_above_a_panel_is_in_rpm_too() -> None:
@@ -154,7 +154,7 @@ def column(count: int, heights: float = 2.0, title: str = "title") -> tuple[Figu
         (2e-2, "damage so far", "damage so far"),
     ],
 )
-@pytest.mark.parametrize("of", ["x", "y"])
+@pytest.mark.parametrize("of", ["y", pytest.param("x", marks=pytest.mark.slow)])
 def test_a_power_of_ten_is_in_the_name_of_its_scale(largest: float, name: str, expected: str, of: str) -> None:
     """Of a thousand; without a text above the scale, and the numbers are those of the unit in the name."""
     with page_context(PRINT):

@@ -115,3 +115,9 @@ def test_speeds_in_the_range_are_marked_in_both_senses_and_named_in_one_panel() 
     assert names(marked([10.0, 20.0], [15.0], 25.0)[1]) == [(15.0, "natural frequency")]
     assert names(marked([10.0, 20.0], [15.0, 15.0 + 1e-12], float("nan"))[1]) == [(15.0, "natural frequency")]
     assert names(marked([10.0, 20.0], [10.0, 20.0], 20.0)[1])[-1] == (20.0, "no load"), "the ends are in the range"
+
+
+def test_more_configurations_than_colours_are_others() -> None:
+    lines = drawn(list("abcdef"), [[1] * 4] * 6)
+    assert [name for name, *_ in lines] == ["a", "b", "c", "d", "others", ""]
+    assert [colour for _, colour, *_ in lines[4:]] == [GREY, GREY]

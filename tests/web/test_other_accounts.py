@@ -293,21 +293,15 @@ def test_what_strangers_send_neither_fills_the_log_nor_ends_the_server(folder: P
     assert "uvicorn" not in err
 
 
-@pytest.mark.parametrize(
-    "key",
-    [
-        "a." * 20_000 + "a",
-    ],
-    ids=["words", "texts"],
-)
-def test_a_key_of_thousands_of_parts_is_refused_at_once(app: RunningApp, user: dict[str, str], key: str) -> None:
+def test_a_key_of_thousands_of_parts_is_refused_at_once(app: RunningApp, user: dict[str, str]) -> None:
     """Its parts make as many tables; the reader of TOML takes the square of their number: 10 s for the first."""
     app.ask("/verdict", user, STUDY.encode())  # the process has begun
+    key = "a." * 20_000 + "a"
     for text in (f"{key} = 1\n", f"[{key}]\n", f"x = {{ {key} = 1 }}\n"):
         begin = time.monotonic()
         answer = json.loads(app.ask("/verdict", user, text.encode()).text)
         assert time.monotonic() - begin < 0.5
-        assert answer["error"].endswith("a: at most 40 tables and lists may be nested (at line 1)") or '"a"' in answer["error"]
+        assert answer["error"].endswith("a: at most 40 tables and lists may be nested (at line 1)")
 
 
 FIRST_PAGE = """
