@@ -6,7 +6,6 @@ Authentication codes are computed here a second time, by RFC 2104 as written: H(
 import hashlib
 import json
 import os
-import pickle
 import subprocess
 import sys
 import warnings
@@ -172,41 +171,6 @@ def test_entries_cannot_be_exchanged_moved_or_rolled_back(folder, key):
         first.write_bytes(moved)
         assert derived(question(), 1.0) == answer()
     assert len(calls) == 4
-
-
-class Evil:
-    """What a crafted pickle is: it calls any function when it is loaded."""
-
-    def __init__(self, target: Path) -> None:
-        self.target = target
-
-    def __reduce__(self):
-        return Path.touch, (self.target,)
-
-
-def test_a_cache_of_somebody_else_runs_nothing(folder, tmp_path, monkeypatch):
-    """Complete, and signed with the key of its owner: a copy has the same names where the program is the same."""
-    target = tmp_path / "written"
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "somebody"))
-    derived(question(), 1.0)
-    file = the_file(folder)
-    name, key = file.relative_to(folder).as_posix(), (tmp_path / "somebody/wucht/cache-key").read_bytes()
-    evil = pickle.dumps(Evil(target))
-    pickle.loads(evil)
-    assert target.exists(), "it can write, so that the test can fail"
-    target.unlink()
-    calls.clear()
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    unevaluated = b'j[0,[["expression","os:system",{},"touch ' + str(target).encode() + b'"]]]'
-    old_form = hashlib.sha256(file.name.encode() + evil).digest() + evil  # as before there were keys
-    crafted = [entry(key, name, content) for content in (evil, unevaluated, file.read_bytes()[32:])]
-    with pytest.warns(RuntimeWarning, match="not written with your key") as notes:
-        for content in (*crafted, old_form, entry(b"", name, evil), entry(bytes(32), name, evil)):
-            file.write_bytes(content)
-            assert derived(question(), 1.0) == answer()
-    assert not target.exists()
-    assert len(calls) == 6
-    assert len(notes) == 1
 
 
 def test_only_classes_of_expressions_are_made_of_what_is_read(folder, key, tmp_path):

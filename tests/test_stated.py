@@ -6,7 +6,6 @@ import json
 import re
 from typing import Any
 
-import numpy as np
 import pytest
 from tests import stated
 from tests.refusals import SENTENCES
@@ -31,13 +30,6 @@ from tests.refusals import SENTENCES
 )
 def test_what_is_noticed(actual: Any, expected: Any, is_noticed: bool) -> None:
     assert bool(list(stated._differences(actual, expected, ""))) == is_noticed
-
-
-def test_of_many_numbers_count_range_and_mean_are_compared() -> None:
-    x = np.linspace(-1.0, 3.0, 101)
-    assert stated._brief(x) == {"size": [101, 101], "of": [-1.0, 3.0, pytest.approx(1.2574, rel=1e-3), 1.0]}
-    assert stated._brief(np.append(x, np.nan))["size"] == [102, 101]
-    assert stated._brief([0.1234567, float("nan")]) == [0.123457, "nan"]
 
 
 def test_a_stated_refusal_is_a_printable_line_that_names_its_key() -> None:

@@ -5,18 +5,14 @@ from __future__ import annotations
 import json
 import os
 import signal
-import sys
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 
-import wucht as package
 from wucht.cli.progress import Progress
 from wucht.cli.surroundings import interrupt_check
 
@@ -142,24 +138,6 @@ def test_resume_refuses_another_run(
     assert Path("out/result.nc").read_bytes() == before
 
 
-def test_ctrl_c_while_a_library_is_loaded(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """SciPy's integrator is loaded for the first sample: a run that stops there is no complete one of one sample."""
-
-    class Loading(ModuleType):
-        def __getattr__(self, name: str) -> Any:
-            raise KeyboardInterrupt
-
-    monkeypatch.setitem(sys.modules, "scipy.integrate", Loading("scipy.integrate"))
-    for kind in ("run-up", "coast-down"):
-        with pytest.raises(KeyboardInterrupt):
-            package.run_file(
-                "drozdetskaya-2020/r1",
-                {"study.kind": kind, "study.until": 1.0, "study.engine": "radau"},
-                folder=tmp_path / kind,
-            )
-        assert not (tmp_path / kind / "result.nc").exists()
-
-
 def test_ctrl_c_before_the_run(wucht: Command, study: Study) -> None:
     """While a module of the user's own is imported."""
     Path("own.py").write_text("raise KeyboardInterrupt\n", encoding="utf-8")
@@ -187,14 +165,6 @@ def test_a_library_that_fails_on_ctrl_c_is_an_interruption() -> None:
             signal.raise_signal(signal.SIGINT)
         except KeyboardInterrupt:
             raise ImportError("initialization failed") from None
-
-
-def test_a_ctrl_c_that_is_swallowed_is_raised_by_the_next_check() -> None:
-    """As in a callback of which Python ignores what it raises."""
-    with pytest.raises(KeyboardInterrupt), interrupt_check() as check:
-        with suppress(KeyboardInterrupt):
-            signal.raise_signal(signal.SIGINT)
-        check()
 
 
 @pytest.mark.usefixtures("no_figures")

@@ -12,7 +12,6 @@ from tests import refusals
 
 from wucht.cli.options import parse_lists, parse_settings
 from wucht.cli.surroundings import check_environment
-from wucht.files.documents import DEEPEST
 
 Refused = Callable[..., str]
 
@@ -97,20 +96,6 @@ def test_settings_are_numbers_tables_or_texts(written: list[str], values: dict[s
 def test_a_setting_is_a_key_and_a_value(written: str) -> None:
     with refusals.refused("--set", given=written):
         parse_settings(["a=1", written])
-
-
-@pytest.mark.parametrize(("opening", "closing"), [("[", "]"), ('{"a":', "}")])
-def test_values_and_keys_are_as_deep_as_tables_may_be(opening: str, closing: str) -> None:
-    deep = f"{opening * DEEPEST}1{closing * DEEPEST}"
-    (value,) = parse_settings([f"a={deep}"]).values()
-    assert value != deep
-    with refusals.refused("--set a", str(DEEPEST)):
-        parse_settings([f"a={opening}{deep}{closing}"])
-    assert parse_settings([f"a={'[1],' * 99}"]) == {"a": "[1]," * 99}, "many, but not in one another"
-    key = ".".join("k" * DEEPEST)
-    assert list(parse_settings([f"{key}=1"])) == [key]
-    with refusals.refused("--set", str(DEEPEST), given=f"{key}.k"):
-        parse_settings([f"{key}.k=1"])
 
 
 @pytest.mark.parametrize(

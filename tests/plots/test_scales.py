@@ -15,7 +15,6 @@ from wucht.plots.scales import (
     multiples_of_pi,
     prefixed_unit,
     printed_values,
-    travel_unit,
 )
 
 
@@ -53,11 +52,6 @@ def test_lengths_are_drawn_in_millimetres_and_what_has_a_unit_of_its_own_in_that
     assert (values.tolist(), name) == ([500.0], "amplitude (mm)")
     result.a.attrs |= {"printed_units": "µm", "printed_factor": 1e6}
     assert printed_values(result, "a")[1] == "amplitude (µm)"
-
-
-@pytest.mark.parametrize(("unit", "drawn"), [("rad", (180 / math.pi, "°")), ("m", (1e3, "mm"))])
-def test_a_motion_is_drawn_in_degrees_or_millimetres(unit: str, drawn: tuple[float, str]) -> None:
-    assert travel_unit(xr.DataArray(0.0, attrs={"units": unit})) == pytest.approx(drawn)
 
 
 @pytest.mark.parametrize(

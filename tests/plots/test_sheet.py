@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from matplotlib import rc_context, rcParams
 from matplotlib.figure import Figure
 
 import figure_checks
@@ -124,13 +123,6 @@ def test_a_figure_that_would_be_too_tall(
     assert drawn.get_figheight() <= JOURNAL.tallest
 
 
-def test_the_settings_of_the_user_do_not_count() -> None:
-    """Of matplotlib: a style for slides, or TeX that is not installed."""
-    with rc_context({"text.usetex": True, "axes.facecolor": "red", "lines.linewidth": 9.0}), page_context(PRINT):
-        assert (rcParams["text.usetex"], rcParams["axes.facecolor"], rcParams["lines.linewidth"]) == (False, "white", 1.5)
-        assert rcParams["font.size"] == PRINT.font
-
-
 BACK = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
 
@@ -171,17 +163,6 @@ def test_a_power_of_ten_is_in_the_name_of_its_scale(largest: float, name: str, e
     power = int(expected.partition("(10")[2].partition(")")[0].split(" ")[0].translate(BACK) or 0)
     at, words = scale.get_majorticklocs()[1], scale.get_major_formatter().format_ticks(scale.get_majorticklocs())[1]
     assert float(words.replace("−", "-")) * 10.0**power == pytest.approx(at)
-
-
-def test_numbers_beside_each_other_are_written_in_full() -> None:
-    """Without a sum that is to be added to all of them."""
-    with page_context(PRINT):
-        figure, (axis,) = column(1)
-        axis.set_ylim(1000.001, 1000.004)
-        arranging.arrange(figure)
-    figure.draw_without_rendering()
-    assert axis.yaxis.get_offset_text().get_text() == ""
-    assert axis.yaxis.get_major_formatter().format_ticks(axis.yaxis.get_majorticklocs())[0].startswith("1000.00")
 
 
 def test_figures_that_were_made_otherwise_stay_as_they_are() -> None:

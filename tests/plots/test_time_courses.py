@@ -44,17 +44,6 @@ def test_a_run_is_drawn_until_it_has_settled(settled: float | None, period: floa
     assert module.shown_until([{"settling_time": settled, "modulation_period": period}], 10.0) == pytest.approx(until)
 
 
-@pytest.mark.parametrize(
-    ("amplitude", "period", "until"),
-    [(None, None, 3.0), (1.0, None, 3.0), (4.0, None, 6.0), (4.0, 1.0, 7.0), (6.0, None, 10.0)],
-)
-def test_a_run_is_drawn_until_its_amplitude_too_has_settled(
-    amplitude: float | None, period: float | None, until: float
-) -> None:
-    summary = {"settling_time": 2.0, "amplitude_settling_time": amplitude, "modulation_period": period}
-    assert module.shown_until([summary], 10.0) == pytest.approx(until)
-
-
 def test_a_held_maximum_is_drawn_through_the_middles_of_its_steps() -> None:
     """The amplitude of a decay, held over each of ten turns: its line is the decay at the middles, without a step."""
     x = np.arange(1000) / 1000
@@ -205,8 +194,3 @@ def test_a_body_that_slips_first_and_then_locks_is_a_line_and_a_note_but_no_rect
     assert np.asarray(second.get_ydata()) == pytest.approx(np.degrees(2.0))
     assert note.get_label() == "not drawn while turning past" and not len(note.get_xdata())
     assert not phases.all_slip, "one is synchronous"
-
-
-def test_an_angle_is_in_the_turn_of_its_panel() -> None:
-    assert module.angles_in_turn(np.array([350.0, 10.0, 370.0]), -180.0).tolist() == [-10, 10, 10]
-    assert np.isnan(module.angles_in_turn(np.array([350.0, 10.0]), 0.0)).tolist() == [False, True]

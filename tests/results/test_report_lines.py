@@ -107,19 +107,6 @@ def test_a_report_has_at_most_200_lines() -> None:
     assert len(longer) == 203 and "a line that is left out cannot be read: at most 200 lines" in longer[-1]
 
 
-def test_an_answer_of_more_lines_has_its_first_and_its_last() -> None:
-    def lines_of(count: int) -> list[str]:
-        a = Answer()
-        for k in range(count):
-            a.line("", f"value {k}")
-        return report_of(stored(json.loads(a.to_dataset().attrs["lines"])["lines"]))[2:]
-
-    assert [line.split()[-1] for line in lines_of(200)] == [str(k) for k in range(200)]
-    lines = lines_of(201)
-    assert [line.split()[-1] for line in (*lines[:159], *lines[160:])] == [str(k) for k in (*range(159), *range(161, 201))]
-    assert lines[159].strip() == "and 2 more lines: their numbers are in the Dataset"
-
-
 @pytest.mark.parametrize("lines", ["[]", '{"lines": 3}', "[" * 10**5])
 def test_without_lines_the_main_numbers_are_reported(lines: str) -> None:
     """As of a result of an earlier version, which has no such attribute."""
