@@ -47,6 +47,7 @@ def test_lines_of_a_report_are_written_with_their_units() -> None:
 @pytest.mark.parametrize(("speed", "words"), [(-100 * math.pi / 3, "-104.72 rad/s (-1000 rpm)"), (None, "none")])
 def test_a_speed_is_stated_in_both_units(speed: float | None, words: str) -> None:
     assert formats(result())[0](speed) == words
+    assert formats(result(), "rad")[1](math.pi / 8) == "22.5°"
 
 
 def test_a_report_of_lines_that_are_written() -> None:
