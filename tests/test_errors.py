@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import pickle
-from datetime import date
 
 import numpy as np
 import pytest
 
-from wucht.dynamics.scenarios.order_of_error import UnmeasuredError
 from wucht.dynamics.sweeps.moving import IntegrationError
-from wucht.errors import FieldError, InputError, RunError, WuchtError, code_of, nearest
-from wucht.mechanics.trigonometric import NotTrigonometricError
-from wucht.numerics.flow.events import LegError, SlidingError
+from wucht.errors import FieldError, InputError, RunError, WuchtError, nearest
+from wucht.numerics.flow.events import LegError
 
 
 def fields(error: InputError) -> tuple[object, ...]:
@@ -22,30 +19,16 @@ def fields(error: InputError) -> tuple[object, ...]:
 @pytest.mark.parametrize(
     ("where", "given", "sentence"),
     [
-        ("study.until", -1, "study.until: given -1; must be a time"),
         ("study.until", "5 kg", "study.until: given '5 kg'; must be a time"),
         ("study.until", None, "study.until: must be a time"),
-        ("study.until", "", "study.until: given ''; must be a time"),
-        ("study.until", date(2026, 1, 2), "study.until: given 2026-01-02; must be a time"),
         ("study.until", 10**5000, "study.until: given a number of thousands of digits; must be a time"),
     ],
-    ids=["number", "text", "nothing", "empty", "date", "huge"],
+    ids=["text", "nothing", "huge"],
 )
 def test_the_sentence_states_key_what_was_given_and_what_is_allowed(where: str, given: object, sentence: str) -> None:
     error = InputError(where, given, "must be a time", code="limits")
     assert str(error) == sentence
     assert fields(error)[:6] == (where, given, "must be a time", "", where, "limits")
-
-
-def test_what_was_given_is_shortened_in_the_sentence_alone() -> None:
-    given = "a" * 1000 + "z"
-    error = InputError("title", given, "must be short")
-    assert error.value == given
-    assert error.value_text.startswith("'aaa") and error.value_text.endswith("aaaz'")
-    assert len(error.value_text) <= 80
-    assert str(error) == f"title: given {error.value_text}; must be short"
-    just = "a" * 78
-    assert InputError("title", just, "").value_text == repr(just)
 
 
 def test_a_file_that_is_wrong_as_a_whole_has_no_key() -> None:
@@ -80,17 +63,10 @@ def test_within_a_table_its_key_is_in_front() -> None:
 
 
 ERRORS = [
-    WuchtError("no sense", code="name-twice"),
     RunError("failed", code="no-convergence"),
-    InputError("study.until", [1, "s"], "must be a time", code="limits"),
     InputError("study.until", None, "must be a time").with_file("study.toml"),
-    InputError.file_error("motor.csv", "there is no such file", code="no-file"),
-    FieldError("must be positive", code="limits"),
     FieldError("mass", "must be positive", code="limits"),
-    NotTrigonometricError("no polynomial of sines", code="not-trigonometric"),
     IntegrationError("stopped", code="not-finite"),
-    UnmeasuredError("no order", code="too-few"),
-    SlidingError(np.zeros((2, 3))),
     LegError("500000 steps were not enough", "raise the tolerance", np.zeros((2, 3)), 1e-9),
 ]
 
@@ -103,37 +79,12 @@ def test_errors_come_from_another_process_as_they_were(error: WuchtError | Field
     assert again.code == error.code
 
 
-def test_every_class_of_errors_is_among_them() -> None:
-    """Those of the package which are public."""
-
-    def below(cls: type) -> set[type]:
-        return {cls}.union(*map(below, cls.__subclasses__()))
-
-    public = {c for c in below(WuchtError) | below(FieldError) if c.__module__.startswith("wucht.") and c.__name__[0] != "_"}
-    assert {type(e) for e in ERRORS} >= public
-
-
-def test_the_two_kinds_are_errors_of_wucht_and_no_field_error_is_one() -> None:
-    assert issubclass(InputError, WuchtError) and issubclass(RunError, WuchtError)
-    assert not issubclass(InputError, RunError) and not issubclass(RunError, InputError)
-    assert issubclass(FieldError, ValueError) and not issubclass(FieldError, WuchtError)
-
-
-def test_codes() -> None:
-    assert WuchtError("a").code == RunError("a").code == InputError("a", 1, "b").code == ""
-    assert code_of(FieldError("a", code="limits")) == "limits"
-    assert code_of(ValueError("a")) == ""
-    assert FieldError("mass", "must be positive", code="limits").args == ("mass", "must be positive")
-
-
 @pytest.mark.parametrize(
     ("given", "known", "help_"),
     [
         ("stifness", ["mass", "stiffness", "damping"], "did you mean 'stiffness'? known: damping, mass, stiffness"),
-        ("zzz", ["mass", "stiffness"], "known: mass, stiffness"),
         ("x", [], "known: none"),
         ("a" * 1000, ["mass"], "known: mass"),
-        ("x", ["n" * 100], f"known: {'n' * 80}"),
         ("key7", (f"key{i}" for i in range(203)), None),
     ],
 )

@@ -27,12 +27,16 @@ def test_a_safe_name_is_one_file_of_its_folder(text: str) -> None:
 @pytest.mark.parametrize(
     ("text", "name"),
     [
-        ("run-up", "run-up"), ("my machine 2.1", "my machine 2.1"), ("Prüfstand", "Prüfstand"), ("../../x", "x"),
+        ("my machine 2.1", "my machine 2.1"),
+        ("Prüfstand", "Prüfstand"),
+        ("../../x", "x"),
         ("/etc/passwd", "etc-passwd"),
-        ("..", DEFAULT_NAME), ("", DEFAULT_NAME), ("a\nb\x1b[31mc", "a-b-31mc"), ("CON", "CON-"), ("com1.txt", "com1.txt-"),
-        ("x" * 300, "x" * 100), (90 * "洗", 66 * "洗"),
+        ("a\nb\x1b[31mc", "a-b-31mc"),
+        ("CON", "CON-"),
+        ("x" * 300, "x" * 100),
+        (90 * "洗", 66 * "洗"),
     ],
-)  # fmt: skip
+)
 def test_safe_names(text: str, name: str) -> None:
     assert safe_name(text) == name
 

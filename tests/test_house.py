@@ -53,13 +53,15 @@ def test_a_broken_rule_is_noticed(tmp_path: Path, files: dict[str, str], place: 
 @pytest.mark.parametrize(
     ("name", "is_function", "reason"),
     [
-        ("found", False, "a loose word"), ("_own_values", True, "a loose word"), ("why", False, "a question"),
-        ("what_fits", True, "a question"), ("Tried", True, "a participle"), ("_kept", False, "a participle"),
-        ("others", False, "a pronoun"), ("_between", True, ""), ("after_resonance", True, "a preposition"),
-        ("after_resonance", False, ""), ("closed_curve", True, ""), ("speed", False, ""), ("__add__", True, ""),
-        ("with_values", True, ""), ("ObserverState", True, ""),
+        ("found", False, "a loose word"),
+        ("what_fits", True, "a question"),
+        ("Tried", True, "a participle"),
+        ("others", False, "a pronoun"),
+        ("after_resonance", True, "a preposition"),
+        ("after_resonance", False, ""),
+        ("__add__", True, ""),
     ],
-)  # fmt: skip
+)
 def test_what_is_no_name(name: str, is_function: bool, reason: str) -> None:
     assert reason_against(name, is_function) == reason
 
@@ -104,14 +106,6 @@ def _used_by(module: str, name: str, own: str) -> set[str]:
     return modules
 
 
-def test_what_a_function_uses_is_followed_into_what_it_calls() -> None:
-    """The next test would not notice much, were it not so."""
-    module = "wucht.studies.torque_balance"
-    assert "wucht.dynamics.work" in _used_by(module, "TorqueBalance.solve", module)
-    assert "wucht.analysis.working_points" in _used_by(module, "TorqueBalance.prepare", module)
-    assert "wucht.results.formatting" in _used_by(module, "TorqueBalance.draw", module)
-
-
 def test_a_figure_knows_the_dataset_alone() -> None:
     for kind, entry in studies().items():
         module, drawing = entry.study.__module__, f"{entry.study.__name__}.draw"
@@ -121,13 +115,12 @@ def test_a_figure_knows_the_dataset_alone() -> None:
         assert {m for m in used if m.split(".")[1] not in ("plots", "results", "errors")} == set(), kind
 
 
-def test_a_study_has_its_class_and_a_template() -> None:
-    for kind, entry in studies().items():
-        assert entry.study.kind == kind
-        assert f'kind = "{kind}"' in entry.template
-
-
-@pytest.mark.parametrize("name", ["parts", "RunUp", "Machine"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "parts",
+    ],
+)
 def test_a_name_of_the_package_is_there_whatever_was_loaded_before(name: str) -> None:
     code = f"import wucht; print(wucht.{name}.__name__)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

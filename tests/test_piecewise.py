@@ -50,14 +50,6 @@ def test_smooth_goes_from_value_to_value_without_slope_or_overshoot():
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_one_point_is_a_constant(kind):
-    function = interpolated_pieces("f", [3.0], [7.0], kind)
-    assert [function(at) for at in (-1e9, 3.0, 1e9)] == [7.0, 7.0, 7.0]
-    assert function.degree == 0
-    assert function.jumps() == ()
-
-
-@pytest.mark.parametrize("kind", KINDS)
 def test_the_derivative_is_the_slope(kind):
     """Against central differences of 1e-6, away from breakpoints; those are right to 1e-9 for cubics of order one."""
     function, h = interpolated_pieces("f", TIMES, VALUES, kind), 1e-6
@@ -85,23 +77,14 @@ def test_jumps_are_where_the_value_jumps():
     assert Pieces("f", (0.0, 1.0), ((0, 0, 0, 0), (0, 1, 0, 0), (2, 0, 0, 0))).jumps() == (1.0,)
 
 
-def test_degree():
-    kinds = {k: interpolated_pieces("f", TIMES, VALUES, k).degree for k in KINDS}
-    assert kinds == {"steps": 0, "linear": 1, "smooth": 3, "monotone": 3, "spline": 3}
-    assert interpolated_pieces("f", TIMES, VALUES, "linear").derivative.degree == 0
-
-
 @pytest.mark.parametrize(
     ("breakpoints", "coefficients", "refusal"),
     [
-        ((1.0, 1.0), np.zeros((3, 4)), rejected("not-increasing")),
         ((2.0, 1.0), np.zeros((3, 4)), rejected("not-increasing")),
         ((1.0, np.nan), np.zeros((3, 4)), rejected("not-increasing")),
-        ((1.0, np.inf), np.zeros((3, 4)), rejected("not-increasing")),
         ((1.0,), [[np.nan, 0, 0, 0], [0, 0, 0, 0]], rejected("not-increasing")),
         ((1.0, 2.0), np.zeros((2, 4)), rejected("count", "2", "3", "4")),
         ((1.0,), np.zeros((2, 3)), rejected("count", "1", "2", "4")),
-        ((), np.zeros((1, 4)), rejected("count", "4")),
     ],
 )
 def test_what_is_no_function_is_refused(breakpoints, coefficients, refusal):
@@ -138,13 +121,6 @@ def test_a_number_gives_a_number():
     assert PiecewiseCubic(x, pieces).is_real
 
 
-def test_it_is_printed_by_its_name():
-    pieces = interpolated_pieces("drive.voltage", TIMES, VALUES, "linear")
-    assert str(PiecewiseCubic(t, pieces)) == "drive.voltage(t)"
-    assert sp.latex(PiecewiseCubic(t, pieces)) == r"\mathrm{drive.voltage}\left(t\right)"
-    assert sp.latex(PiecewiseCubic(t, pieces) ** 2).endswith("^{2}")
-
-
 @pytest.mark.parametrize(
     ("first", "second", "jumps"),
     [
@@ -156,9 +132,3 @@ def test_it_is_printed_by_its_name():
 )
 def test_what_is_a_jump_is_said_by_the_size_of_the_values(first, second, jumps):
     assert Pieces("f", (0.0,), (first, second)).jumps() == jumps
-
-
-def test_a_large_value_makes_rounding_of_it_no_jump():
-    """Of three pieces, the first of which is zero."""
-    pieces = Pieces("f", (0.0, 1.0), ((0, 0, 0, 0), (0, 1e6, 0, 0), (1e6 + 1e-9, 0, 0, 0)))
-    assert pieces.jumps() == ()

@@ -8,7 +8,6 @@ from __future__ import annotations
 import ast
 import json
 import re
-import warnings
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
@@ -16,7 +15,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import sympy as sp
 from tests.public_names import LIST, PACKAGES, exported_names, line_of, listed_lines, package_of
 
 ROOT = LIST.parents[2]
@@ -34,11 +32,6 @@ def test_listed_lines_are_true() -> None:
     """A name alone states only that it is there."""
     false = {line: line_of(name) for name, line in LISTED.items() if line != line_of(name) and line != name}
     assert false == {}
-
-
-def test_each_name_is_listed_once() -> None:
-    lines = [line for line in LIST.read_text(encoding="utf-8").splitlines() if line and not line.startswith("#")]
-    assert len(lines) == len(LISTED) > 500
 
 
 def _shown_code() -> Iterator[tuple[str, str]]:
@@ -117,39 +110,6 @@ def test_an_earlier_name_warns_and_is_the_present_one(earlier: str, present: str
         value = _attribute(earlier)
     assert value is _attribute(present)
     assert {Path(warning.filename).name for warning in seen} == {Path(__file__).name}
-
-
-def test_an_unknown_name_is_refused_without_a_warning() -> None:
-    with warnings.catch_warnings(action="error"):
-        for module in (
-            "wucht.extending",
-            "wucht.mechanics.averaging",
-            "wucht.numerics.continuation",
-            "wucht.numerics.flow.compiled",
-        ):
-            with pytest.raises(AttributeError, match="nothing"):
-                _ = _attribute(f"{module}.nothing")
-
-
-@pytest.mark.filterwarnings("ignore:.* is now .*:DeprecationWarning")
-def test_continuation_by_its_earlier_names() -> None:
-    """As the page on continuation of 2026-11-25 did; x' = p + 3 x - x^3 turns at p = 2 and p = -2."""
-    from wucht.numerics.continuation import CurvePoint, Equations, Equilibria, Folds
-
-    x, p, q = sp.symbols("x p q", real=True)
-    system = _attribute("wucht.System")((x,), (p + 3 * x - x**3 + q,), (p, q))
-    problem = Equilibria(Equations.of(system, ["p"], {"q": 0.0}), bounds=(-4.0, 4.0))
-    start = problem.start([-2.0], -2.0)
-    branch = problem.branch(start)
-    assert isinstance(start, CurvePoint)
-    assert np.array_equal(start.u, start.unknowns)
-    assert np.array_equal(branch.u, branch.unknowns)
-    assert np.allclose([point.u for point in branch.special], [[-1.0, 2.0], [1.0, -2.0]])
-    folds = Folds(Equations.of(system, ["p", "q"], {}), [(-4.0, 4.0), (-1.0, 1.0)])
-    curve = folds.branch(folds.start([-1.0], (2.0, 0.0)))
-    assert np.allclose(curve.parameters.sum(axis=0), 2.0)  # p + q
-    by_hand = Equations.by_hand(lambda u: (u[1] + 3 * u[:1] - u[:1] ** 3, np.array([[3 - 3 * u[0] ** 2, 1.0]])), ["x"], ["p"])
-    assert np.allclose(Equilibria(by_hand, bounds=(-4.0, 4.0)).branch(start).special[0].u, [-1.0, 2.0])
 
 
 def test_an_earlier_attribute_warns() -> None:

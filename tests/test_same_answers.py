@@ -16,6 +16,7 @@ import pytest
 from tests.answering import ANSWER, DRAWN
 from tests.same_answers import differences
 
+pytestmark = pytest.mark.slow  # of the comparison of source trees
 _SOURCE = Path(__file__).parents[1] / "src"
 _CASE = {"kind": "catalogue", "file": "sperling-vibration/figure-2a", "words": ["--set", "study.kind=torque-balance"]}
 

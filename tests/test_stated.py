@@ -6,7 +6,6 @@ import json
 import re
 from typing import Any
 
-import numpy as np
 import pytest
 from tests import stated
 from tests.refusals import SENTENCES
@@ -20,28 +19,17 @@ from tests.refusals import SENTENCES
         ({"speed": 1e-13}, {"speed": 0.0}, False),
         ({"throw_direction": 3e-7}, {"throw_direction": 2e-7}, False),
         ({"throw_direction": 5e-7}, {"throw_direction": 2e-7}, True),
-        ({"torque": 3e-7}, {"torque": 2e-7}, True),
         ({"speed": None}, {"speed": 0.0}, True),
-        ({"speed": 1.0}, {"speed": 1.0, "torque": 1.0}, True),
         ([1e-7, 1.0], [-1e-8, 1.0], False),
         ([1e-6, 1.0], [-1e-6, 1.0], True),
         ([1.0, 2.0], [1.0], True),
-        (True, False, True),
         ("12.34 mm at the end", "12.35 mm at the end", False),
         ("12.34 mm at the end", "12.34 m at the end", True),
         ("12.34 mm at the end", "12.54 mm at the end", True),
-        ("stable", "unstable", True),
     ],
 )
 def test_what_is_noticed(actual: Any, expected: Any, is_noticed: bool) -> None:
     assert bool(list(stated._differences(actual, expected, ""))) == is_noticed
-
-
-def test_of_many_numbers_count_range_and_mean_are_compared() -> None:
-    x = np.linspace(-1.0, 3.0, 101)
-    assert stated._brief(x) == {"size": [101, 101], "of": [-1.0, 3.0, pytest.approx(1.2574, rel=1e-3), 1.0]}
-    assert stated._brief(np.append(x, np.nan))["size"] == [102, 101]
-    assert stated._brief([0.1234567, float("nan")]) == [0.123457, "nan"]
 
 
 def test_a_stated_refusal_is_a_printable_line_that_names_its_key() -> None:

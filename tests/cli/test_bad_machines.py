@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from tests.refusals import cases_of, check_file, check_refusal
 
-from wucht import load_machine, run_file
+from wucht import run_file
 from wucht.cli.options import parse_settings
-
-Command = Callable[..., Any]
 
 SCREEN = """\
 [machine.carrier]
@@ -164,78 +160,29 @@ def machines(here: Path) -> Path:
     return here
 
 
-@pytest.mark.usefixtures("no_figures")
-@pytest.mark.parametrize("name", ["screen", pytest.param("ring", marks=pytest.mark.slow)])
-def test_what_is_spoilt_below_is_good(wucht: Command, machines: Path, name: str) -> None:
-    outcome = wucht("run", f"{name}.toml", "-o", "out", "--json")
-    assert outcome.code == 0, outcome.err
-    assert outcome.document["summary"]["energy_residual"] < 1e-9
-
-
 SET_SCREEN = [
     "carrier.mounts.1.stiffness.x=1 kg", "carrier.mounts.1.stiffness.z=1", "carrier.mounts.1.stifness.x=1",
     "carrier.mounts.1.stiffness=[1, 2, 3]", "carrier.mounts.1.stiffness=[-1, 1]", "carrier.mounts.1.at=[1]",
-    "carrier.mounts.3.stiffness.x=1", "carrier.mounts.0.stiffness.x=1", "carrier.mounts=3", "carrier.mounts=[3]",
-    "carrier.mounts=[]", "carrier.stiffness=1", "carrier.inertia=0", "carrier.foundation=1", "e1.position.x=1 kg",
-    "e1.position=0.1 m", "e1.couple_unbalance=1", "e2.release.time=1 s", "e2.release.speed=-1", "e2.release=3",
-    "e2.locked=0", "drives.e1.pole_pairs=0", "drives.e1.pole_pairs=1.5", "drives.e1.frequency=-50",
-    "drives.e1.rotor_resistance=0", "drives.e1.voltage=3 A", "drives.e1.sense=2", "drives.e1.stator=rotor",
-    "drives.e3.voltage=3", "loads.e1.viscous.coefficient=-1", "loads.e1.viscous.coeficient=1", "loads.e1.coefficient=1",
-    "loads.e1.coulomb.transition_speed=0", "study.start.e2.speed=3", "study.start.carrier.r=1 mm", "study.over=psi",
+    "carrier.mounts.3.stiffness.x=1", "carrier.mounts=[3]", "carrier.mounts=[]", "carrier.stiffness=1", "carrier.inertia=0",
+    "carrier.foundation=1", "e1.position=0.1 m", "e1.couple_unbalance=1", "e2.release.time=1 s", "e2.release.speed=-1",
+    "drives.e1.pole_pairs=1.5", "drives.e1.voltage=3 A", "drives.e1.sense=2", "drives.e1.stator=rotor", "drives.e3.voltage=3",
+    "loads.e1.viscous.coefficient=-1", "loads.e1.coefficient=1", "loads.e1.coulomb.transition_speed=0",
+    "study.start.e2.speed=3", "study.start.carrier.r=1 mm", "study.over=psi",
 ]  # fmt: skip
 SET_RING = [
-    "tracks.ring.contact_frequency=0", "tracks.ring.contact_frequency=1 kg", "tracks.ring.contact_frequenci=1",
-    "tracks.rong.contact_frequency=1", "p1.restitution=0", "p1.restitution=2", "p1.diameter=0.3 m", "p1.length=0.05 m",
-    "p1.suspension=[0.1, 0]", "q.diameter=0.01", "q.suspension=0", "q.release.time=1 kg", "q.release.time=0", "p1.about=s1",
-    "p1.about=q", "s1.stiffness=0", "drum.position=[0, 0]", "carrier.foundation.mass=0", "carrier.foundation.direction=x",
-    "carrier.foundation=3", "carrier.motion.amplitude=3 kg", "carrier.motion.frequency=0", "carrier.motion.direction=z",
-    "carrier.motion.direction=r", "carrier.motion.phase=3", "carrier.motion.points=[[0, 0], [1, 1]]",
-    "carrier.directions=fixed", "drive.field_inductance=0", "drive.kind=table", "load.coefficient=-1", "load.kind=viscous",
-    "study.start.s1.displacement=1 kg", "study.start.s1.angle=1", "study.start.carrier.x=1 mm", "study.start.p1=2 rad",
-    "study.starts=[{}]",
+    "tracks.ring.contact_frequency=0", "tracks.ring.contact_frequenci=1", "tracks.rong.contact_frequency=1",
+    "p1.restitution=2", "p1.diameter=0.3 m", "p1.length=0.05 m", "p1.suspension=[0.1, 0]", "q.diameter=0.01",
+    "q.release.time=0", "p1.about=s1", "p1.about=q", "drum.position=[0, 0]", "carrier.foundation.direction=x",
+    "carrier.motion.frequency=0", "carrier.motion.direction=z", "carrier.motion.direction=r",
+    "carrier.motion.points=[[0, 0], [1, 1]]", "carrier.directions=fixed", "drive.field_inductance=0", "drive.kind=table",
+    "load.kind=viscous", "study.start.s1.displacement=1 kg", "study.start.s1.angle=1", "study.start.carrier.x=1 mm",
+    "study.start.p1=2 rad", "study.starts=[{}]",
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("name", "setting"), [*(("screen", s) for s in SET_SCREEN), *(("ring", s) for s in SET_RING)])
 def test_a_part_that_cannot_be(machines: Path, name: str, setting: str) -> None:
     check_file(name, {"screen": SCREEN, "ring": RING}[name], {}, parse_settings([setting]))
-
-
-NESTED = {
-    "screen": (
-        "carrier.mounts.1.stiffness.x=3e4 N/m", "carrier.mounts.2.at=[0.6, 0]", "e1.position.y=0.1 m",
-        "e2.release.speed=20 rad/s",
-        "loads.e1.coulomb.torque=0.1 N m", "drives.e1.voltage=400 V", "study.start.e1.speed=60 rad/s",
-    ),
-    "ring": (
-        "carrier.motion.amplitude=2 mm", "carrier.foundation.mass=60 kg", "tracks.ring.contact_frequency=3000 rad/s",
-        "q.release.time=0.01 s", "q.suspension.y=1 mm", "carrier.stiffness.y=1e5", "load.coefficient=0",
-        "study.start.s1.velocity=1",
-    ),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", NESTED)
-def test_nested_settings_arrive(machines: Path, name: str) -> None:
-    from wucht.studies.study_file import read_study
-
-    settings = parse_settings([s for s in NESTED[name] if not s.startswith("study")])
-    values = read_study(f"{name}.toml", settings).subject.values
-    for path, value in settings.items():
-        paths = [f"{path}.x", f"{path}.y"] if isinstance(value, list) else [path]
-        assert set(paths) <= set(values)
-    expected = {"screen": {"carrier.mounts.1.stiffness.x": 3e4, "carrier.mounts.2.at.x": 0.6, "e2.release.speed": 20.0},
-                "ring": {"carrier.motion.amplitude": 0.002,
-                         "tracks.ring.contact_frequency": 3000.0, "carrier.stiffness.y": 1e5}}[name]  # fmt: skip
-    assert {k: values[k] for k in expected} == pytest.approx(expected)
-
-
-RING_CHANGES = {'name = "drum"': [f'name = "drum"\nrelease = {{ {key} }}' for key in ("speed = 1", "time = 0")]}
-
-
-@pytest.mark.parametrize(("old", "new"), cases_of(RING_CHANGES))
-def test_a_rotor_that_nothing_releases(machines: Path, old: str, new: str) -> None:
-    check_file("ring", RING, {old: new})
 
 
 # Schedules
@@ -246,14 +193,14 @@ AGAIN = SCREEN[SCREEN.index("[[machine.schedules]]") : SCREEN.index("[study]")]
 SCREEN_CHANGES = {
     PARAMETER: ['parameter = "drives.e1.voltag"', "parameter = 3", 'parameter = "e1.name"'],
     POINTS: [
-        "[]", "[1, 2]", "[[1, 0], [0, 1]]", "[[1, 0], [1, 1]]", '[["0 kg", 0], [1, 1]]', '[[0, "1 m"], [1, 1]]',
+        "[]", "[1, 2]", "[[1, 0], [1, 1]]", '[["0 kg", 0], [1, 1]]', '[[0, "1 m"], [1, 1]]',
         f'{POINTS}\ninterpolation = "cubic"',
     ],
     "[study]": [f"{AGAIN}[study]"],
     'file = "motor.csv"': [
         f"file = {name}"
         for name in (
-            "'other.csv'", "'folder'", "'binary.csv'", "''", "3", "'motor.csv'\npoints = [[0, 1], [1, 2]]",
+            "'other.csv'", "'folder'", "'binary.csv'", "'motor.csv'\npoints = [[0, 1], [1, 2]]",
         )
     ],
 }  # fmt: skip
@@ -283,13 +230,10 @@ def test_a_schedule_of_what_counts_at_the_start_only(machines: Path) -> None:
 # Tables
 
 TABLES = [
-    "", "# nothing\n\n", "speed, torque\n", "0, 1\n", "0,1\n1,abc\n", "0,1\n1,nan\n", "0,1\n1,1e400\n",
-    "0,1e308\n1,-1e308\n",
-    "speed [rpm],torque [MN m]\n0,1\n1,1e303\n", "speed [kg], torque [N m]\n0,1\n1,2\n",
-    "speed [foo], torque [N m]\n0,1\n1,2\n",
-    "speed [], torque [N m]\n0,1\n1,2\n", "speed [1/s], torque [N m]\n0,1\n1,2\n", "torque, speed\n0,1\n1,2\n",
-    "0,1\n1,2\n1,3\n", "2,1\n1,2\n", "0,1,5\n100,1,2\n", "0\t1,500,0\n100\t1,2\n", "1\n2\n",
-    "speed,torque\nrpm,N m\n0,1\n1,2\n", "0x1,1\n2,2\n", "0,1_0\n1,2\n",
+    "# nothing\n\n", "speed, torque\n", "0, 1\n", "0,1\n1,abc\n", "0,1\n1,1e400\n", "0,1e308\n1,-1e308\n",
+    "speed [kg], torque [N m]\n0,1\n1,2\n", "speed [foo], torque [N m]\n0,1\n1,2\n", "torque, speed\n0,1\n1,2\n",
+    "0,1\n1,2\n1,3\n", "0,1,5\n100,1,2\n", "0\t1,500,0\n100\t1,2\n", "1\n2\n", "speed,torque\nrpm,N m\n0,1\n1,2\n",
+    "0,1_0\n1,2\n",
 ]  # fmt: skip
 
 
@@ -301,13 +245,10 @@ def test_a_wrong_table(machines: Path, content: str) -> None:
 
 
 SAME = {
-    "with a byte order mark": "\ufeff" + GOOD,
     "with Windows line ends": GOOD.replace("\n", "\r\n"),
     "with semicolons and decimal commas": "Drehzahl (rpm); Moment (N m)\n0;5,0\n1000;4,0\n2000;-1,0\n",
-    "with tabs": "rpm\tN m\n0\t5\n1000\t4\n2000\t-1\n",
     "with quotes": '"speed [rpm]","torque [N m]"\n"0","5"\n"1000","4"\n"2000","-1"\n',
-    "with units alone": "rpm, N m\n0,5\n1000,4\n2000,-1\n",
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("content", SAME.values(), ids=SAME.keys())
@@ -317,15 +258,3 @@ def test_the_same_table_in_another_dress(machines: Path, content: str) -> None:
     expected = np.array(read_table(Path("motor.csv"), SPEED_TORQUE))
     Path("other.csv").write_bytes(content.encode())
     assert np.array(read_table(Path("other.csv"), SPEED_TORQUE)) == pytest.approx(expected)
-
-
-def test_the_only_load_may_be_a_table_too(machines: Path) -> None:
-    from wucht.machines.parts.table_load import TableLoad
-
-    Path("s.toml").write_text(
-        RING.replace('kind = "quadratic"\ncoefficient = "1e-6 N m s^2"', 'kind = "table"\nfile = "motor.csv"')
-    )
-    load = load_machine("s.toml").parts[-1]
-    assert isinstance(load, TableLoad)
-    assert load.torque_at(0.0) == pytest.approx(0.0)
-    assert load.torque_at(1000 * 2 * 3.141592653589793 / 60) == pytest.approx(4.0)

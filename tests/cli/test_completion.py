@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -19,19 +18,9 @@ Study = Callable[..., Path]
 PROGRAM = Path(sys.executable).with_name("wucht")
 R1 = "wucht run drozdetskaya-2020/r1"
 LINES = {
-    "wucht eq": ["equations"],
     "wucht run sperling-rollers/table-": [f"sperling-rollers/table-{k}" for k in (1, 2, 3)],
-    f"{R1} --set drive.no": ["drive.no_load_speed="],
-    f"{R1} --set study.model=": ["study.model=both", "study.model=full", "study.model=slow"],
-    f"{R1} --set study.kind=torque": ["study.kind=torque-balance"],
     f"{R1} --set study.tolerance=": ["study.tolerance="],
-    "wucht run practice/screen --set drives.e2.v": ["drives.e2.voltage="],
-    "wucht run drozdetskaya-2020/table-5.1 --set la": ["lambda="],
     "wucht compare drozdetskaya-2020/r1 practice/screen --vary e1.un": ["e1.unbalance="],
-    "wucht compare --vary p1.mass=1 drozdetskaya-2020/r1 --set p2.m": ["p2.mass="],
-    "wucht run nowhere --set p1": [],
-    "wucht plot out --style j": ["journal"],
-    "wucht list switch": ["switchable-pendulum"],
     "wucht new cam-p": ["cam-prediction"],
 }
 
@@ -109,21 +98,5 @@ def test_a_file_that_is_no_study_is_passed_over(here: Path) -> None:
     assert answers("wucht run number.toml --set st") == []
 
 
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_each_script_asks_the_program(here: Path, shell: str) -> None:
-    done = subprocess.run([PROGRAM, "completion", shell], capture_output=True, text=True, check=True)
-    assert f"_WUCHT_COMPLETE=complete_{'zsh' if shell == 'zsh' else 'fish'}" in done.stdout
-
-
 def test_an_unknown_shell(refused: Callable[..., str]) -> None:
     refused("completion", "tcsh", says=("tcsh", "fish"))
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(shutil.which("fish") is None, reason="fish is not installed")
-def test_in_fish(here: Path) -> None:
-    (here / "wucht").symlink_to(PROGRAM)
-    environment = os.environ | {"PATH": f"{here}:{os.environ['PATH']}", "HOME": str(here)}
-    ask = "wucht completion fish | source; complete -C $argv[1]"
-    done = subprocess.run(["fish", "-c", ask, f"{R1} --set dri"], capture_output=True, text=True, check=True, env=environment)
-    assert done.stdout.splitlines() == ["drive.no_load_speed=", "drive.slope="]

@@ -92,6 +92,7 @@ def test_other_forms_of_a_result(wucht: Command, refused: Callable[..., str], st
     pd.testing.assert_frame_equal(over_time, stored, check_exact=True)
     pd.testing.assert_frame_equal(pd.read_csv("out/run-up-time.csv", **options), stored, check_exact=True)
     pd.testing.assert_frame_equal(pd.read_excel("again/run-up.xlsx", sheet_name="time"), stored, check_dtype=False, rtol=1e-15)
+    refused("export", "out", says=("out/result.nc: run-up", "cannot be exported", "wucht export out --csv, or --xlsx"))
     refused("export", "out", "--xlsx", "--decimal", "comma", says=("--decimal", "comma", "--csv"))
     refused("compare", "study.toml", "study.toml", "--decimal", "comma", says=("--decimal", "comma", "--csv"))
 
@@ -110,12 +111,3 @@ def test_every_study_has_them(wucht: Command, kind: str) -> None:
     stored = xr.load_dataset("out/result.nc", engine="h5netcdf")
     there = {name.split(" ")[0] for table in tables for name in table} | {n for t in tables for n in t.get("name", ())}
     assert {str(n) for n in stored.data_vars} <= there
-
-
-def test_bad_input(wucht: Command, refused: Callable[..., str], study: Study) -> None:
-    refused("export", "nowhere", "--csv", says=("nowhere", "no such file"))
-    Path("empty").mkdir()
-    refused("export", "empty", "--csv", says=("empty/result.nc", "no such file"))
-    wucht("run", study('"0.5 s"', '"0.01 s"'), "-o", "out", "--json")
-    refused("export", "out", "--csv", "-o", "study.toml", says=("-o", "study.toml"))
-    refused("export", "out", says=("out/result.nc: run-up", "cannot be exported", "wucht export out --csv, or --xlsx"))

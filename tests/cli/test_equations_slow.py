@@ -14,19 +14,6 @@ Command = Callable[..., Any]
 R1 = "drozdetskaya-2020/r1"
 
 
-def test_rows_then_definitions_then_values(wucht: Command) -> None:
-    completed = wucht("equations", R1, "--slow")
-    assert completed.code == 0
-    lines = completed.out.splitlines()
-    assert lines[0] == "R1, u = 20"
-    assert lines[1] == "averaged equations of order 1, without the inertia of the balancing bodies:"
-    assert lines[2] == "  omega'*(J_drum + J_p1 + J_p2) = V_drum + V_p1 + V_p2 + T_drive(omega)"
-    assert lines[3] == "  alpha_p1'*beta_p1 = -J_p1*omega' + V_p1"
-    assert lines.index("with") == 5
-    assert any(line.startswith("e = 0.001 m   drum.eccentricity: ") for line in lines)
-    assert any(line.endswith(", left out") and line.startswith("b_L = 0") for line in lines)
-
-
 def test_the_dissertations_slow_equations(wucht: Command) -> None:
     """002 (4.60)-(4.62), corrected: multiplied out, the coefficients of the rates and of the torques."""
     lines = [line.strip() for line in wucht("equations", "drozdetskaya-2020/table-5.1", "--slow").out.splitlines()]
@@ -47,38 +34,11 @@ def test_inertia_and_order(wucht: Command) -> None:
     assert len(second.splitlines()) > 2 * len(plain.splitlines())
 
 
-def test_set_changes_the_values_and_what_is_left_out(wucht: Command) -> None:
-    out = wucht("equations", R1, "--slow", "--set", "drum.bearing_damping=0.1").out
-    assert "b_L = 0.1 N·m·s" in out
-    assert "- b_L*omega" in out
-
-
-def test_latex(wucht: Command) -> None:
-    out = wucht("equations", R1, "--slow", "--latex").out
-    assert out.count("\\begin{align}") == out.count("\\end{align}") == 2
-    assert "T_{\\mathrm{drive}}\\left(\\omega\\right) &= b_{\\mathrm{M}} " in out
-    body = False
-    for line in out.splitlines():
-        if line.startswith(("\\begin", "\\end")):
-            body = line.startswith("\\begin")
-        elif body:
-            assert ("&=" in line) + ("&\\quad" in line) == 1, line
-        else:
-            assert line.startswith("% "), "prose is a comment"
-    inside = out.split("\\begin{align}\n")[1].split("\n\\end")[0].splitlines()
-    assert all(line.endswith("\\\\") for line in inside[:-1])
-    assert not inside[-1].endswith("\\")
-
-
 REFUSED = {
     "order 3": ([R1, "--slow", "--order", "3"], ("--order: given 3", "must be 1 or 2")),
-    "order 0": ([R1, "--slow", "--order", "0"], ("--order: given 0",)),
     "order of the full ones": ([R1, "--order", "2"], ("--order", "only with --slow")),
-    "inertia of the full ones": ([R1, "--inertia"], ("--inertia", "only with --slow")),
-    "no inertia of the full ones": ([R1, "--no-inertia"], ("--inertia", "only with --slow")),
     "slider": (["sperling-vibration/figure-7", "--slow"], ("there are no averaged equations", "slides in a guide")),
     "not damped": ([R1, "--slow", "--no-inertia", "--set", "p1.damping=0"], ("--no-inertia", "not damped against its rotor")),
-    "no machine": (["nothing", "--slow"], ("nothing",)),
 }
 
 
@@ -86,12 +46,6 @@ REFUSED = {
 def test_refused(refused: Refused, case: str) -> None:
     words, says = REFUSED[case]
     refused("equations", *words, says=says)
-
-
-def test_an_undamped_body_keeps_its_inertia(wucht: Command) -> None:
-    completed = wucht("equations", R1, "--slow", "--set", "p1.damping=0")
-    assert completed.code == 0
-    assert "with the inertia of the balancing bodies" in completed.out
 
 
 def test_a_parameter_that_a_schedule_raises_from_zero_is_printed(wucht: Command, tmp_path: Path) -> None:

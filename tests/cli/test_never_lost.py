@@ -88,20 +88,8 @@ def test_a_figure_and_a_report_that_fail_are_warnings(here: Path) -> None:
     assert Path("out/poles.png").is_file()
 
 
-def test_one_format_or_table_that_fails_leaves_the_others(here: Path) -> None:
-    """A folder stands in the place of one file, from a run on: what cannot be written there is named."""
-    module = own_study(figure="Path('out/.wucht-new/poles.pdf').mkdir(); return self.unused_draw(result)")
-    text = Path(module).read_text(encoding="utf-8")
-    Path(module).write_text(text.replace("import numpy", "from pathlib import Path\n\nimport numpy", 1), encoding="utf-8")
-    ended = outside("run", *POLES, "--import", module, "--format", "pdf", "--format", "png")
-    assert ended.returncode == 0, ended.stderr
-    assert "warning: not written: figure poles.pdf (out/.wucht-new/poles.pdf cannot be written: Is a directory)" in ended.stderr
-    assert Path("out/poles.png").is_file()
-    assert len(load_result(Path("out")).wucht.warnings) == 1
-
-
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGKILL, marks=pytest.mark.slow)])
 def test_a_process_that_ends_while_it_draws_has_its_result(here: Path, number: int) -> None:
     """The first Ctrl-C is kept for the next report of progress, the second ends the process at once; a kill cannot wait."""
     kill = f"import os; [os.kill(os.getpid(), {int(number)}) for _ in range(2)]; return self.unused_draw(result)"
@@ -127,22 +115,3 @@ def test_points_of_a_branch_that_are_one_in_rounding_are_drawn(wucht: Command) -
     drawn = drawn[:, np.isfinite(drawn).all(axis=0)]
     assert np.ptp(drawn[1]) == pytest.approx(2.0, abs=1e-9)
     assert np.abs(drawn[0] + drawn[1] ** 2).max() < 2e-4, "Akima's cubics between the points"
-
-
-def test_the_caller_of_draw_gets_the_error_and_run_does_not(here: Path) -> None:
-    """From Python: the question is answered, and what is called to show it may raise."""
-    script = """
-import sys; sys.path.insert(0, ".")
-import my_study, wucht
-from my_study import Poles
-result = wucht.run(Poles(), wucht.load_machine("practice/laundry-drum"), folder="out")
-print(result.wucht.warnings, len(result.pole_rate))
-wucht.draw(result)
-"""
-    own_study(FIGURE)
-    source = {**os.environ, "PYTHONPATH": str(Path(package.__file__).parent.parent)}
-    command = [sys.executable, "-c", script]
-    ended = subprocess.run(command, env=source, capture_output=True, text=True, check=False, timeout=120)
-    assert ended.stdout == "[] 2\n"
-    assert "LookupError: no such panel" in ended.stderr.splitlines()[-1]
-    assert Path("out/result.nc").is_file()

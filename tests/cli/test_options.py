@@ -10,9 +10,8 @@ from typing import Any
 import pytest
 from tests import refusals
 
-from wucht.cli.options import Format, parse_lists, parse_settings, unique_formats
+from wucht.cli.options import parse_lists, parse_settings
 from wucht.cli.surroundings import check_environment
-from wucht.files.documents import DEEPEST
 
 Refused = Callable[..., str]
 
@@ -52,23 +51,13 @@ def test_a_folder_is_a_package_with_its_spec(wucht: Any, here: Path) -> None:
     assert "own_c" in sys.modules and "own_c.spec" not in sys.modules
 
 
-def test_an_installed_module_is_imported_by_its_name(wucht: Any, here: Path) -> None:
-    write("place/own_d.py", "value = 5\n")
-    sys.path.insert(0, str(here / "place"))
-    assert wucht("run", "--import", "own_d", "nothing.toml").code == 2
-    assert sys.modules["own_d"].value == 5
-
-
 @pytest.mark.parametrize(
     ("given", "says"),
     [
         ("own_missing.py", "there is no such file or folder"),
-        ("own_missing/inner", "there is no such file or folder"),
         ("own_missing", "it cannot be imported: ModuleNotFoundError: No module named 'own_missing'"),
         ("own_empty", "must be a module: a .py file, or a folder with __init__.py"),
-        ("own_text.txt", "must be a module: a .py file, or a folder with __init__.py"),
         ("own_wrong.py", "it cannot be imported: ZeroDivisionError: division by zero"),
-        ("own_ending.py", "it cannot be imported: ValueError: own"),
     ],
 )
 def test_what_cannot_be_imported_is_refused(refused: Refused, here: Path, given: str, says: str) -> None:
@@ -90,15 +79,11 @@ def test_a_refusal_of_the_module_is_told_as_it_is(refused: Refused, here: Path) 
 @pytest.mark.parametrize(
     ("written", "values"),
     [
-        (["u=1.5"], {"u": 1.5}),
         ([" drive.slope = 0.02 N m s "], {"drive.slope": "0.02 N m s"}),
         (["a=b=c"], {"a": "b=c"}),
-        (["a=1", "a=2"], {"a": 2.0}),
         (["a=true", "b=false", "c=True"], {"a": True, "b": False, "c": "True"}),
         (['a="1"', "b=[1, 2.5]", "c={x = 1}", 'd={"x": 1}'], {"a": "1", "b": [1, 2.5], "c": {"x": 1}, "d": {"x": 1}}),
         (["a=[1, oops"], {"a": "[1, oops"}),
-        (["a=-1e-3", "b=1 kg"], {"a": -1e-3, "b": "1 kg"}),
-        ([], {}),
     ],
 )
 def test_settings_are_numbers_tables_or_texts(written: list[str], values: dict[str, Any]) -> None:
@@ -107,57 +92,30 @@ def test_settings_are_numbers_tables_or_texts(written: list[str], values: dict[s
     assert [type(v) for v in settings.values()] == [type(v) for v in values.values()]
 
 
-@pytest.mark.parametrize("written", ["u", "u=", "=1", " =1", "u= ", ""])
+@pytest.mark.parametrize("written", ["u", "u=", "=1"])
 def test_a_setting_is_a_key_and_a_value(written: str) -> None:
     with refusals.refused("--set", given=written):
         parse_settings(["a=1", written])
 
 
-@pytest.mark.parametrize(("opening", "closing"), [("[", "]"), ('{"a":', "}")])
-def test_values_and_keys_are_as_deep_as_tables_may_be(opening: str, closing: str) -> None:
-    deep = f"{opening * DEEPEST}1{closing * DEEPEST}"
-    (value,) = parse_settings([f"a={deep}"]).values()
-    assert value != deep
-    with refusals.refused("--set a", str(DEEPEST)):
-        parse_settings([f"a={opening}{deep}{closing}"])
-    assert parse_settings([f"a={'[1],' * 99}"]) == {"a": "[1]," * 99}, "many, but not in one another"
-    key = ".".join("k" * DEEPEST)
-    assert list(parse_settings([f"{key}=1"])) == [key]
-    with refusals.refused("--set", str(DEEPEST), given=f"{key}.k"):
-        parse_settings([f"{key}.k=1"])
-
-
 @pytest.mark.parametrize(
     ("written", "values"),
-    [("a=1", [1.0]), ("a=1, 2 ,3", [1.0, 2.0, 3.0]), ("a=[1,2],[3,4]", [[1, 2], [3, 4]]), ("a=x,true", ["x", True]),
-     ("a={x=[1,2],y=3},5", [{"x": [1, 2], "y": 3}, 5.0]), ("a=1],2", ["1]", 2.0])],
-)  # fmt: skip
+    [("a=1, 2 ,3", [1.0, 2.0, 3.0]), ("a=[1,2],[3,4]", [[1, 2], [3, 4]]), ("a=x,true", ["x", True]), ("a=1],2", ["1]", 2.0])],
+)
 def test_values_of_a_list_are_split_outside_brackets(written: str, values: list[Any]) -> None:
     assert parse_lists([written]) == {"a": values}
 
 
-@pytest.mark.parametrize("written", ["a=1,,2", "a=,1", "a=1,", "a", "=1,2"])
+@pytest.mark.parametrize("written", ["a=1,,2", "a", "=1,2"])
 def test_a_list_without_one_of_its_values_is_refused(written: str) -> None:
     with refusals.refused("--vary", given=written):
         parse_lists([written])
 
 
-def test_a_key_is_varied_once() -> None:
-    with refusals.refused("--vary", "a", given="a = 3", code="given-twice"):
-        parse_lists(["a=1,2", "b=1", "a = 3"])
-
-
-def test_each_format_is_written_once_in_the_order_given() -> None:
-    pdf, png = Format.PDF, Format.PNG
-    assert unique_formats([pdf, png, pdf]) == [pdf, png]
-    assert unique_formats(None) == unique_formats([]) == [png]
-
-
 @pytest.mark.parametrize(
     ("seconds", "taken"),
-    [("0", True), ("1700000000", True), ("253402300799", True), ("253402300800", False), ("", False), ("abc", False),
-     ("-1", False), ("1.5", False), (" 1", False), ("٣", False), ("9" * 5000, False)],
-)  # fmt: skip
+    [("0", True), ("253402300799", True), ("253402300800", False), ("abc", False), (" 1", False), ("٣", False)],
+)
 def test_the_date_of_files_is_within_the_calendar(monkeypatch: pytest.MonkeyPatch, seconds: str, taken: bool) -> None:
     monkeypatch.setenv("SOURCE_DATE_EPOCH", seconds)
     if taken:
@@ -167,3 +125,10 @@ def test_the_date_of_files_is_within_the_calendar(monkeypatch: pytest.MonkeyPatc
             check_environment()
     monkeypatch.delenv("SOURCE_DATE_EPOCH")
     check_environment()
+
+
+def test_an_installed_module_is_imported_by_its_name(wucht: Any, here: Path) -> None:
+    write("place/own_d.py", "value = 5\n")
+    sys.path.insert(0, str(here / "place"))
+    assert wucht("run", "--import", "own_d", "nothing.toml").code == 2
+    assert sys.modules["own_d"].value == 5

@@ -23,7 +23,7 @@ def names() -> Mapping[str, Any]:
 
 
 def integrated(rates: Any, start: list[float], end: float, **more: Any) -> Any:
-    return solve_ivp(rates, (0.0, end), start, rtol=1e-10, atol=1e-12, **more)
+    return solve_ivp(rates, (0.0, end), start, rtol=1e-8, atol=1e-10, **more)
 
 
 def test_amplitude_and_frequency_of_the_limit_cycle(names: Mapping[str, Any]) -> None:

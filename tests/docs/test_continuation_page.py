@@ -15,8 +15,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from wucht.studies.study_file import read_study
-
+pytestmark = pytest.mark.slow  # all commands and blocks of the page are run
 TEXT = (Path(__file__).parents[2] / "docs" / "continuation.md").read_text(encoding="utf-8")
 BLOCK = re.compile(r"```python\n(.*?)```\n(?:```text\n(.*?)```)?", re.DOTALL)
 
@@ -35,11 +34,6 @@ def names(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, Any]:
     return known
 
 
-def test_the_page_needs_three_imports_of_ours() -> None:
-    imports = re.findall(r"^(?:from|import) (wucht\S*)", TEXT, re.MULTILINE)
-    assert imports == ["wucht.numerics.continuation", "wucht.numerics.periodic", "wucht.numerics.flow"]
-
-
 def temperature(c: float, B: float) -> float:
     return B * c / 4
 
@@ -49,7 +43,6 @@ def damkoehler(c: float, B: float) -> float:
     return c * math.exp(-temperature(c, B)) / (1 - c)
 
 
-@pytest.mark.slow
 def test_equilibria_by_pencil(names: Mapping[str, Any]) -> None:
     """Folds where c (1 - c) = 4/B; Hopf points where the trace of [[-1/(1-c), c], [-B c/(1-c), B c - 4]] vanishes."""
     B = 18.0
@@ -126,7 +119,6 @@ def test_bratu_by_closed_form(names: Mapping[str, Any]) -> None:
     assert fold.parameter_values[0] == pytest.approx(8 * (quarter / math.cosh(quarter)) ** 2, abs=1e-9)
 
 
-@pytest.mark.slow
 def test_the_circuit_by_its_eigenvalues(names: Mapping[str, Any]) -> None:
     """More of it, by shooting: tests/numerics/periodic/test_connection_curves.py."""
     focus, neutral = names["met"]
@@ -146,13 +138,3 @@ def test_where_the_symmetry_breaks(names: Mapping[str, Any]) -> None:
         assert p.x[:2] == pytest.approx(p.x[2:], abs=1e-9)
     residuals = names["twins"].equations.values(np.array([p.unknowns for p in names["unequal"]]).T)[0]
     assert np.abs(residuals).max() < 1e-10
-
-
-def test_the_study_file_is_read(tmp_path: Path) -> None:
-    (code,) = re.findall(r"```toml title=\"tank.toml\"\n(.*?)```", TEXT, re.DOTALL)
-    path = tmp_path / "tank.toml"
-    path.write_text(code, encoding="utf-8")
-    study = read_study(path)
-    assert study.spec.kind == "speed-curve"
-    subject = study.subject
-    assert subject.system.state_names == ("c", "T")

@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 from page_blocks import PAGES, blocks, missing
 
+pytestmark = pytest.mark.slow  # all commands and blocks of the page are run
 PAGE = PAGES["docs/journeys.md"]
 # Commands that warn: a search as short as this one, a load beyond what the bodies can balance, a motor that does not start.
 WARNED = ("study.damping_curve=false", "overloaded", "short.toml", "long.toml", "dips")
@@ -92,7 +93,6 @@ def angle(degrees: float) -> float:
     return math.remainder(degrees, 360.0)
 
 
-@pytest.mark.slow
 def test_of_two_screens_one_has_an_operating_state(screen: Journey) -> None:
     variants = screen.summary("choice")["variants"]
     speeds = [v["summary"]["operating_speed"] for v in variants]
@@ -158,13 +158,11 @@ def test_the_other_motor_covers_the_losses_of_both(screen: Journey) -> None:
         assert bearings < abs(case["torques"][left]) < 1.15 * bearings
 
 
-@pytest.mark.slow
 def test_the_recommendation_is_what_the_file_has(drum: Journey) -> None:
     recommended = drum.summary("results/drum")["recommended"]["parameters"]
     assert [recommended["mass"], recommended["damping"]] == pytest.approx([0.078, 0.027], rel=1e-2)
 
 
-@pytest.mark.slow
 def test_the_balancer_is_lighter_and_does_what_it_says(drum: Journey) -> None:
     """A run settles in the median time of those of the search, to a tenth, which is the scatter over the starts; and the peak
     is that of a body lighter by two fifths, well below the one before."""
@@ -176,7 +174,6 @@ def test_the_balancer_is_lighter_and_does_what_it_says(drum: Journey) -> None:
     assert after["peak_amplitude"] < 0.7 * before["peak_amplitude"]
 
 
-@pytest.mark.slow
 def test_what_two_bodies_can_balance_by_hand(drum: Journey) -> None:
     """2 m l = 16.2 g m: every start with less is compensated, none with more; of 20 g m the difference is left, of vectors,
     since the bodies do not lie exactly opposite to the unbalance: within 2 %."""
@@ -191,13 +188,11 @@ def test_what_two_bodies_can_balance_by_hand(drum: Journey) -> None:
     assert overloaded["final_residual_unbalance"] == pytest.approx(1 - capacity / 0.02, rel=2e-2)
 
 
-@pytest.mark.slow
 def test_the_figure_and_the_numbers_are_files(drum: Journey) -> None:
     assert (drum.folder / "figures" / "capture-probability.pdf").stat().st_size > 5000
     assert list((drum.folder / "figures").glob("*.csv"))
 
 
-@pytest.mark.slow
 def test_dips_on_both_sides_of_the_critical_duration(crusher: Journey) -> None:
     """Of 0.93 and 0.95 s, 1 % away, which is the tolerance of the study. The schedules begin at the operating speed with the
     carrier at rest, two seconds before the dip: ten decays of its

@@ -1,4 +1,4 @@
-"""The page on machine files: its files run, and the table of the material layer is that of a layer that does not rebound."""
+"""Pages on machine files and load spectra: files run; the table of the material layer is that of one without rebound."""
 
 from __future__ import annotations
 
@@ -9,7 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from docs.site.numbers import as_written
+from page_blocks import PAGES, blocks, write_files
 from scipy.optimize import brentq
+
+from wucht import run
+from wucht.studies.study_file import read_study
 
 DOCS = Path(__file__).parents[2] / "docs"
 TEXT = (DOCS / "machine-files.md").read_text(encoding="utf-8")
@@ -23,14 +28,6 @@ def test_its_files_run(wucht, here, number, outcome, speed):
     summary = json.loads(wucht("run", "machine.toml", "-o", "results", "--json").out)["summary"]
     assert summary["outcome"] == outcome
     assert summary["final_speed"] == pytest.approx(speed, rel=1e-3)
-
-
-@pytest.mark.slow
-def test_what_the_page_on_the_fan_prints(wucht, here):
-    page = (DOCS / "practice" / "fan.md").read_text(encoding="utf-8")
-    said = re.search(r"```text\n(.*?)```", page, re.DOTALL).group(1)
-    asked = ["--set", "drive.torque_limit=3.4", "--set", "study.kind=torque-balance"]
-    assert said.removesuffix("...\n") in wucht("run", "practice/fan-on-inverter", *asked, "-o", "results").out
 
 
 def first_harmonic(throw: float) -> tuple[float, float]:
@@ -58,3 +55,25 @@ def test_the_table_of_the_material_layer():
     assert len(throws) == 9
     expected = np.array([first_harmonic(t) for t in throws]).T
     assert np.array([shares, betas]) == pytest.approx(expected, abs=6e-4)
+
+
+SPECTRA = PAGES["docs/load-spectra.md"]
+
+
+def test_the_record_of_the_standard(wucht, here):
+    said = next(b.said for b in blocks(SPECTRA) if b.text == "wucht run specimen.toml -o results\n")
+    write_files(SPECTRA)
+    out = wucht("run", "specimen.toml", "-o", "results").out
+    assert out.startswith(said)
+
+
+@pytest.mark.slow
+def test_the_table_of_exciters():
+    study = read_study("drozdetskaya-2020/where-the-failure-is-seen-best")
+    result = run(study.spec, study.subject)
+    rows = re.findall(r"(?m)^\| (0\.\d+) \| ([+-][\d.]+) \| ([\d.]+) \|$", SPECTRA.read_text(encoding="utf-8"))
+    assert len(rows) == 6
+    for slope, change, signal in rows:
+        at = result.sel(along=float(slope), method="nearest")
+        assert as_written(slope, float(at.along)) == slope
+        assert (f"{float(at.change):+.1f}", as_written(signal, float(at.signal))) == (change, signal)

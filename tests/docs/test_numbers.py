@@ -18,7 +18,6 @@ from page_blocks import blocks, without_blocks
 from wucht.files.catalogue import FOLDER, names
 
 MARKED = {path.relative_to(PAGES).as_posix(): path for path in pages_with_numbers()}
-CAM = "practice/carton-pusher --set study.simulate=0 --set study.cuts=1"
 # Pages whose numbers with units are no results of runs on them, or have a test of their own.
 OTHERS = {
     "README.md": "times, of make bench",
@@ -115,6 +114,7 @@ def test_a_typed_number_is_noticed() -> None:
         typed(f"{text} <!-- by hand: 13 kW -->", "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MARKED)
 def test_marks_are_complete_and_their_files_can_be_read(name: str, tmp_path: Path) -> None:
     page = MARKED[name].read_text(encoding="utf-8")
@@ -126,56 +126,8 @@ def test_marks_are_complete_and_their_files_can_be_read(name: str, tmp_path: Pat
         assert number.study(tmp_path)
 
 
-def test_all_pages_of_machines_have_their_numbers_from_results() -> None:
-    of_machines = {path.relative_to(PAGES).as_posix() for path in (PAGES / "practice").glob("*.md")}
-    assert of_machines <= set(MARKED)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", MARKED)
 def test_the_numbers_of_a_page_are_those_of_the_results(name: str) -> None:
     page = MARKED[name].read_text(encoding="utf-8")
     assert [n.text for n in numbers_of(page)] == [n.text for n in numbers_of(with_numbers(page))], "make numbers fills them in"
-
-
-def test_a_number_is_filled_in_with_its_unit_and_its_decimals() -> None:
-    """In SI the summary has 0.1158 and 0.0034 m. A mark without a file is of that before it."""
-    marks = ("fluctuation %", "0.0"), ("position_error.original mm", "9"), ("cut_residuals[0]", "0.1e-1"), ("driven", "`none`")
-    page = f"It swings by <!-- = {CAM} " + ", <!-- = ".join(f"| {name} -->{text}<!-- = -->" for name, text in marks)
-    filled = with_numbers(page)
-    assert [n.text for n in numbers_of(filled)] == ["11.6", "3", "7.4e-2", "`drive`"]
-    assert with_numbers(filled) == filled and filled.startswith("It swings by <!-- = practice/carton-pusher")
-
-
-@pytest.mark.parametrize(("text", "value", "written"), [
-    ("0.44", 0.4586, "0.46"), ("7e-6", 8.4e-6, "8e-6"), ("1.5e3", 2345.0, "2.3e3"), ("12", 11.58, "12"), ("0.0", -1.26, "-1.3"),
-])  # fmt: skip
-def test_as_many_decimals_as_stand_there(text: str, value: float, written: str) -> None:
-    assert as_written(text, value) == written
-
-
-def test_a_mark_that_cannot_be_read_is_refused() -> None:
-    with pytest.raises(ValueError, match="must be a path in the summary and a unit"):
-        numbers_of("<!-- = practice/screen | last week final_speed rad/s -->1<!-- = -->")
-    assert not numbers_of("As code `<!-- = FILE | NAME -->1<!-- = -->`.")
-    with pytest.raises(ValueError, match="must name its file"):
-        numbers_of("<!-- = | final_speed -->1<!-- = -->")
-
-
-def test_an_item_of_a_list_is_named_by_what_it_has() -> None:
-    """Of a file that the page itself shows: the three working points that docs/practice/fan.md prints."""
-    use = 'use = "practice/fan-on-inverter"\nset = { "drive.torque_limit" = 3.4 }'
-    block = f'```toml title="mine.toml"\n[machine]\n{use}\n[study]\nkind = "torque-balance"\n```\n'
-    page = f"{block}<!-- = mine.toml | working_points[stable=False].speed rpm -->1<!-- = -->"
-    filled = with_numbers(f"{page} <!-- = | working_points[2].speed -->0.1<!-- = -->")
-    assert [n.text for n in numbers_of(filled)] == ["680", "151.8"]
-    with pytest.raises(ValueError, match="too many values"):
-        with_numbers(f"{block}<!-- = mine.toml | working_points[stable=True].speed -->1<!-- = -->")
-    with pytest.raises(KeyError, match="frequency"):
-        with_numbers(f"{block}<!-- = mine.toml | working_points[0].frequency -->1<!-- = -->")
-
-
-@pytest.mark.slow
-def test_one_of_many_is_not_stated() -> None:
-    with pytest.raises(ValueError, match="settling_time is one of many"):
-        with_numbers("<!-- = practice/grinder-4-balls | settling_time s -->7.3<!-- = -->")

@@ -201,11 +201,6 @@ def _demo() -> list[str]:
     return str(recipe).split()
 
 
-def test_every_study_is_named_on_the_first_page() -> None:
-    text = PAGES["README.md"].read_text(encoding="utf-8")
-    assert [kind for kind in studies() if f"`{kind}`" not in text and studies()[kind].package.startswith("wucht.")] == []
-
-
 def test_what_is_missing_is_told() -> None:
     assert missing("a\n...\nd\n", "a\nb\nc\nd\n") == []
     assert missing("a\nc\n", "a\nb\nc\n") == ["c"]

@@ -1,20 +1,24 @@
-"""The site: pages from schemas have every key, the papers' numbers are met, and nothing is loaded from elsewhere."""
+"""The site: pages of schemas, figures, live machines, notebooks; papers' numbers are met, nothing is loaded from elsewhere."""
 
 from __future__ import annotations
 
+import json
+import math
 import re
+import tomllib
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import pytest
 from docs.site import __main__ as site
-from docs.site import gallery, live_pictures, pictures, reference_pages
+from docs.site import gallery, gallery_pages, live_machines, notebooks, page_figures, reference_pages
 from docs.site.gallery import Entry
 from docs.site.published import at, compared, contradicted, published
-from page_blocks import PAGES
+from page_blocks import PAGES, blocks
 
 from wucht import run
+from wucht.dynamics.live_machine import export_obstacles
 from wucht.files.catalogue import load_document, names
 from wucht.kinds import classes_of
 from wucht.machines.models import models
@@ -43,32 +47,17 @@ def test_every_study_and_part_has_a_page_with_all_its_keys(reference: dict[str, 
         assert [key.name for key in keys_of(cls) if f"| `{key.name}` |" not in reference[place]] == [], place
 
 
-def test_the_page_of_a_part_has_its_own_states(reference: dict[str, str]) -> None:
-    assert "| `lining` | lining travel | m |" in reference["parts/attachments/friction-damper.md"]
-    assert "## States" not in reference["parts/attachments/end-stop.md"]
-
-
-def test_units_defaults_and_limits_stand_there(reference: dict[str, str]) -> None:
-    pendulum, run_up = reference["parts/bodies/pendulum.md"], reference["studies/run-up.md"]
-    assert "| `length` | distance of the centre of mass from the axis or pivot | m | **needed** | number > 0 |" in pendulum
-    assert "body that it turns about | N m s | `0.0` | number >= 0 |" in pendulum
-    assert "| `tolerance` | tolerance of the integration |  | `1e-12` | number >= 1e-16, <= 0.01 |" in run_up
-    assert '| `model` | equations: `"full"`, averaged' in run_up
-    assert "| `woehler.k` | slope of the Woehler line |" in reference["studies/load-spectrum.md"]
-
-
-def test_the_help_of_a_key_is_in_its_row(reference: dict[str, str]) -> None:
-    page = reference["studies/run-up.md"]
-    assert "| `speed_limit` | speed beyond which the run ends as `runaway` |" in page
-    assert f"](../gallery/{FEW[0]}.md), `{FEW[0]}`" in reference["studies/phase-portrait.md"]
-
-
-def test_published_numbers_are_of_the_catalogue() -> None:
-    assert set(published()) <= set(names())
-    for name, about in published().items():
-        assert set(about) <= {"shows", "numbers", "given"}, name
-        for number in about.get("numbers", ()):
-            assert set(number) <= {"quantity", "path", "value", "by", "within", "relative", "unit"}, name
+@pytest.mark.slow
+def test_figures_and_live_machines_of_pages_are_of_files_that_can_be_read(tmp_path: Path) -> None:
+    for name, page in PAGES.items():
+        text, folder = page.read_text(encoding="utf-8"), tmp_path / name
+        folder.mkdir(parents=True)
+        page_figures.write_files(text, folder)
+        for figure in page_figures.figures_of(text):
+            assert figure.study(folder).spec.kind in studies(), name
+        for file, _ in live_machines.MARK.findall(text):
+            of_page = folder / file
+            assert export_obstacles(read_study(str(of_page) if of_page.is_file() else file).subject) == (), (name, file)
 
 
 def test_what_differs_is_seen() -> None:
@@ -87,34 +76,6 @@ def test_published_numbers_are_met(name: str) -> None:
     summary = run(study.study, study.subject).wucht.summary
     assert [c for c in compared(name, summary) if not c.agrees] == []
     assert contradicted(name, summary) == []
-
-
-def test_pictures_are_there_and_small() -> None:
-    files = {p.name for p in pictures.FOLDER.iterdir()}
-    screens = {f"{name}.webp" for name in live_pictures.SCREENS}
-    assert files == {f"{name}.png" for name in (*pictures.PICTURES, *pictures.DRAWINGS)} | screens
-    assert sum((pictures.FOLDER / f).stat().st_size for f in files) < pictures.LARGEST
-    shown = set(re.findall(r"docs/pictures/([\w-]+\.png)", PAGES["README.md"].read_text(encoding="utf-8")))
-    assert shown == {f"{name}.png" for name in pictures.PICTURES}
-    assert set(pictures.PICTURES.values()) <= set(names())
-
-
-def test_expensive_files_are_of_the_catalogue() -> None:
-    assert set(names()) >= gallery.EXPENSIVE
-
-
-@pytest.mark.slow
-def test_an_answer_is_kept_until_question_or_code_change(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(gallery, "KEPT", tmp_path)
-    name = "drozdetskaya-2020/figure-2.7"
-    assert gallery.entry(name, compute=False).result is None
-    first = gallery.entry(name)
-    assert first.figure.is_file()
-    monkeypatch.setattr(gallery, "run_study", lambda *_, **__: pytest.fail("it is there already"))
-    again = gallery.entry(name)
-    assert again.result.attrs["created"] == first.result.attrs["created"]
-    monkeypatch.setattr(gallery, "digest", lambda numbers_alone: "other code")
-    assert gallery.entry(name, compute=False).result is None
 
 
 @pytest.mark.slow
@@ -136,3 +97,66 @@ def test_the_site_is_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     assert not [page for page, text in html.items() if 'class="arithmatex"' in text or "<!-- equations" in text]
     assert "139°" in html["gallery/sperling-rollers/figure-8.html"]
     assert "periodic_orbit" in html["api.html"]
+
+
+TEXTS = {name: page.read_text(encoding="utf-8") for name, page in PAGES.items()}
+STEEL = 7850.0  # kg/m^3
+
+
+@pytest.mark.parametrize("name", [n for n in TEXTS if n.startswith("docs/tutorials/")])
+def test_balls_of_steel_weigh_what_steel_weighs(name: str) -> None:
+    """Rollers with the shape factor of a ball, to half of the last digit that is given."""
+    for block in blocks(PAGES[name]):
+        if block.language != "toml":
+            continue
+        for body in tomllib.loads(block.text).get("machine", {}).get("bodies", []):
+            if body["kind"] == "roller" and body["shape_factor"] == 0.4:
+                radius, mass = 1e-3 * float(body["radius"].removesuffix(" mm")), float(body["mass"].removesuffix(" kg"))
+                assert mass == pytest.approx(STEEL * 4 / 3 * math.pi * radius**3, rel=0.02), body["name"]
+
+
+NOTEBOOKS = sorted(notebooks.FOLDER.glob("*.ipynb"))
+
+
+@pytest.mark.parametrize("file", NOTEBOOKS, ids=lambda file: file.stem)
+def test_a_notebook_is_stored_without_output(file: Path) -> None:
+    cells = json.loads(file.read_text(encoding="utf-8"))["cells"]
+    assert "".join(cells[0]["source"]).startswith("# ")
+    for cell in cells:
+        if cell["cell_type"] == "code":
+            assert (cell["outputs"], cell["execution_count"]) == ([], None)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("file", NOTEBOOKS, ids=lambda file: file.stem)
+def test_a_notebook_runs(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    known: dict[str, Any] = {}
+    for cell in json.loads(file.read_text(encoding="utf-8"))["cells"]:
+        if cell["cell_type"] == "code":
+            lines = [line for line in cell["source"] if not line.startswith("%")]
+            exec(compile("".join(lines), file.name, "exec"), known)
+    printed = capsys.readouterr().out
+    expected = {
+        "run-up-to-verdict": ("verdict: PASSED", "edge at 0.004933 N m s", "captured\n", "compensated\n"),
+        "equations-to-basin": ("hopf at D = 0.165042: jump", "at D = 0.161696", "of these starts end in the oscillation"),
+    }
+    assert [text for text in expected[file.stem] if text not in printed] == []
+
+
+needs_page = pytest.mark.skipif(not live_machines.is_built(), reason="npm had no network when wucht was installed")
+
+
+@needs_page
+@pytest.mark.slow
+def test_every_machine_of_the_catalogue_but_those_with_releases_has_its_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(gallery, "KEPT", tmp_path)
+    pages = live_machines.live_files()
+    machines = {name for name in names() if "machine" in load_document(name)[0]}
+    shared = {page.removeprefix("live/").removesuffix(".html") for page in pages}
+    assert machines - shared == {f"sperling-vibration/{n}" for n in ("figure-4", "figure-4-y-blocked", "table-1")}
+    assert max(page.stat().st_size for page in pages.values()) < 250_000
+    entry = gallery.Entry("practice/screen", read_study("practice/screen"), {}, None, tmp_path, tmp_path)
+    page = gallery_pages.pages([entry], pages)["gallery/practice/screen.md"]
+    assert 'class="md-button" href="../../live/practice/screen.html"' in page

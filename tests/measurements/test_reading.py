@@ -5,11 +5,8 @@ import os
 
 import numpy as np
 import pytest
-import pyuff
-from asammdf import MDF, Signal
 from hypothesis import given
 from hypothesis import strategies as st
-from nptdms import ChannelObject, TdmsWriter
 from scipy.io import wavfile
 from tests.refusals import refused
 
@@ -111,6 +108,8 @@ T = np.arange(5) * 0.25
 
 
 def write(path, *sets):
+    import pyuff
+
     file = pyuff.UFF(str(path))
     for own in sets:
         told = {
@@ -156,6 +155,8 @@ VALUES = np.array([60.0, 90, 120])
 
 
 def write_tdms(path, *channels):
+    from nptdms import ChannelObject, TdmsWriter
+
     with TdmsWriter(str(path)) as writer:
         writer.write_segment([ChannelObject(group, name, values, properties=told) for group, name, values, told in channels])
 
@@ -205,6 +206,8 @@ SLOW, FAST = np.array([0.5, 0.6, 0.9]), np.arange(6) / 20
 
 
 def write_mdf(path, *groups):
+    from asammdf import MDF, Signal
+
     with MDF() as file:
         for signals in groups:
             file.append([Signal(np.asarray(v), timestamps=t, name=n, unit=u, encoding="utf-8") for n, t, v, u in signals])
@@ -373,6 +376,8 @@ def test_words_that_are_no_unit(read):
 
 def test_a_channel_beyond_its_record_is_not_read(tmp_path):
     """In a damaged file: its first byte, after so many links, is put behind the end of a record."""
+    from asammdf import MDF
+
     path = write_mdf(tmp_path / "r.mf4", [("force", SLOW, [1.0, 2, 3], "")])
     with MDF(path) as file:
         channel = file.groups[0].channels[1]

@@ -11,20 +11,6 @@ from matplotlib.figure import Figure
 from wucht.plots.curves import angle_panel, draw_swings, thin_curve, without_jumps
 
 
-def test_what_swings_faster_than_is_drawn_is_a_band() -> None:
-    """Two hundred swings in the first half, one in the second: there it is a line."""
-    axis, x = Figure().subplots(), np.linspace(0.0, 1.0, 20_001)
-    y = np.where(x < 0.5, np.sin(2 * np.pi * 400 * x), 0.5 * np.sin(4 * np.pi * x))
-    draw_swings(axis, x, y, color="#0072B2", label="swing")
-    [line], [band] = axis.get_lines(), axis.collections
-    drawn = np.asarray(line.get_ydata())[np.isfinite(line.get_ydata())]
-    assert np.abs(drawn).max() < 0.51, "nothing of the fast half is in the line"
-    corners = band.get_paths()[0].vertices
-    assert (corners[:, 0].min(), corners[:, 0].max()) == (0.0, pytest.approx(0.5, abs=0.011))
-    assert (corners[:, 1].min(), corners[:, 1].max()) == (pytest.approx(-1, abs=5e-3), pytest.approx(1, abs=5e-3))
-    assert (line.get_label(), str(band.get_label())[0]) == ("swing", "_"), "named once"
-
-
 @pytest.mark.parametrize("count", [10, 3999, 4000, 4001, 9999, 123_457, 400_000])
 def test_thinning_keeps_extremes_and_ends(count: int) -> None:
     x = np.linspace(0, 1, count)
@@ -46,28 +32,12 @@ def test_a_phase_that_wraps_is_broken() -> None:
     assert np.isnan(shown).tolist() == [False, False, True, False, True]
 
 
-def test_angles_that_end_near_zero_are_not_drawn_at_the_edge() -> None:
-    axis = Figure().subplots()
-    assert angle_panel(axis, [np.array([100.0, 350.0]), np.array([np.nan, 20.0])]) == -180
-    assert axis.get_ylim() == (-180, 180)
-    assert angle_panel(axis, [np.array([100.0, 350.0]), np.array([180.0])]) == 0
-
-
 def bands(y: np.ndarray, x: np.ndarray | None = None, scale: str = "linear") -> tuple[list[Any], list[Any]]:
     """Lines and bands of a curve, over 0 to 1."""
     axis, x = Figure().subplots(), np.linspace(0.0, 1.0, len(y)) if x is None else x
     axis.set_yscale(scale)
     draw_swings(axis, x, y, color="#0072B2", label="swing", linewidth=2.0)
     return list(axis.get_lines()), list(axis.collections)
-
-
-def test_a_curve_that_swings_fast_throughout_is_a_band_with_its_name_and_colour() -> None:
-    x = np.linspace(0.0, 1.0, 40_001)
-    lines, (band,) = bands(np.sin(800 * np.pi * x))
-    assert not lines and band.get_label() == "swing"
-    assert band.get_facecolor()[0] == pytest.approx((0, 0x72 / 255, 0xB2 / 255, 0.35))
-    corners = band.get_paths()[0].vertices
-    assert (corners[:, 0].min(), corners[:, 0].max()) == (0.0, 1.0)
 
 
 def test_two_bands_are_drawn_where_they_are() -> None:

@@ -37,11 +37,6 @@ def test_of_a_long_motion_a_stretch_is_drawn() -> None:
     assert len(np.asarray(line.get_xdata())) == pytest.approx(150 * 80, rel=0.02)
 
 
-def test_samples_that_are_far_apart_are_dots() -> None:
-    line = line_of(np.pad(circle(301, 100.0), [(0, 0), (0, 5)], constant_values=np.nan), "chaotic")
-    assert line.get_linestyle() == "None" and len(np.asarray(line.get_xdata())) == 301
-
-
 def test_an_orbit_is_a_line_and_an_equilibrium_a_point() -> None:
     assert line_of(circle(50, 1.0), "periodic").get_linewidth() > 1
     point = line_of(np.array([[7.0], [0.5]]), "equilibrium", np.array([True, False]))
@@ -54,3 +49,8 @@ def test_a_curve_has_a_gap_where_an_angle_is_wrapped() -> None:
     assert curve[0, -1] == pytest.approx(3.3 - 2 * np.pi)
     within = wrapped_curve(np.array([[3.1, 3.2], [0.0, 1.0]]), np.array([True, False]), (0.0, 0.0))
     assert within.tolist() == [[3.1, 3.2], [0.0, 1.0]]
+
+
+def test_samples_that_are_far_apart_are_dots() -> None:
+    line = line_of(np.pad(circle(301, 100.0), [(0, 0), (0, 5)], constant_values=np.nan), "chaotic")
+    assert line.get_linestyle() == "None" and len(np.asarray(line.get_xdata())) == 301

@@ -1,4 +1,4 @@
-"""Scales: ticks of angles, limits of logarithmic scales, names with their units."""
+"""Scales: ticks of angles, limits of logarithmic scales, names with their units; curves of cams."""
 
 from __future__ import annotations
 
@@ -7,16 +7,14 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
+from wucht.plots.cam_drawings import draw_motion, radii_of_curvature
 from wucht.plots.scales import (
     decades_about,
-    fraction_of_pi,
     multiples_of_pi,
-    parameter_label,
-    power_text,
     prefixed_unit,
     printed_values,
-    travel_unit,
 )
 
 
@@ -41,10 +39,6 @@ def test_ticks_of_angles(low: float, high: float, words: list[str]) -> None:
         assert at == pytest.approx(int(times) * math.pi / int(parts or 1))
 
 
-def test_multiples_of_pi_are_in_lowest_terms_with_a_minus_sign() -> None:
-    assert [fraction_of_pi(n, 2) for n in (-3, -2, -1, 0, 1, 2, 3)] == ["−3π/2", "−π", "−π/2", "0", "π/2", "π", "3π/2"]
-
-
 @pytest.mark.parametrize(
     ("values", "limits"), [([2.0, 30.0], (1.0, 100.0)), ([0.0, 5.0], (1.0, 10.0)), ([], (0.01, 10.0)), ([1e-3], (1e-4, 1e-2))]
 )
@@ -58,24 +52,6 @@ def test_lengths_are_drawn_in_millimetres_and_what_has_a_unit_of_its_own_in_that
     assert (values.tolist(), name) == ([500.0], "amplitude (mm)")
     result.a.attrs |= {"printed_units": "µm", "printed_factor": 1e6}
     assert printed_values(result, "a")[1] == "amplitude (µm)"
-
-
-@pytest.mark.parametrize(("unit", "drawn"), [("rad", (180 / math.pi, "°")), ("m", (1e3, "mm"))])
-def test_a_motion_is_drawn_in_degrees_or_millimetres(unit: str, drawn: tuple[float, str]) -> None:
-    assert travel_unit(xr.DataArray(0.0, attrs={"units": unit})) == pytest.approx(drawn)
-
-
-def test_a_parameter_is_named_by_its_words_its_symbol_and_its_unit() -> None:
-    result = xr.Dataset(attrs={"along": "q", "along_what": "share", "along_unit": "m^2"})
-    assert parameter_label(result) == "q: share (m²)"
-    result.attrs |= {"along": "drive.slope", "along_what": "slope", "along_unit": ""}
-    assert parameter_label(result) == "slope"
-
-
-def test_powers_of_ten_as_they_are_printed() -> None:
-    assert [power_text(x) for x in (1e-12, 2e-5, 1.0, 5e3, 1e10, 1e12, 1e100)] == [
-        "10⁻¹²", "2·10⁻⁵", "10⁰", "5·10³", "10¹⁰", "10¹²", "10¹⁰⁰",
-    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -92,3 +68,21 @@ def test_powers_of_ten_as_they_are_printed() -> None:
 )
 def test_large_and_small_values_have_a_prefix(largest: float, unit: str, expected: tuple[float, str]) -> None:
     assert prefixed_unit(np.array([0.0, -largest, largest / 2]), unit) == expected
+
+
+def test_no_radius_is_drawn_where_a_contour_is_nearly_straight() -> None:
+    of = {"curvature": 1 / 0.02, "contour_x": 0.02, "contour_y": 0.0}
+    result = xr.Dataset({name: ("n", [value, value]) for name, value in of.items()})
+    result.curvature[1] = 1.0
+    radii, widest = radii_of_curvature(result)
+    assert widest == pytest.approx(50.0)
+    assert radii.values == pytest.approx([20.0, np.nan], nan_ok=True)
+
+
+def test_a_derivative_is_drawn_in_degrees_per_radian() -> None:
+    axis = Figure().add_subplot()
+    angle = {name: ("cam_angle", [0.0, np.pi], {"units": "rad"}) for name in ("position", "velocity")}
+    result = xr.Dataset(angle, coords={"cam_angle": [0.0, np.pi / 2]})
+    assert draw_motion(axis, result, "velocity", "/rad") == "°/rad"
+    x, y = (np.asarray(v, float) for v in axis.get_lines()[0].get_data())
+    assert (x[1], y[1]) == pytest.approx((90.0, 180.0))

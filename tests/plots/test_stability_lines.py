@@ -1,62 +1,24 @@
-"""Lines by stability: where they begin and end, and that the two kinds meet."""
+"""Lines by stability, of several configurations, and marks at speeds: where they begin and end, and how they are named."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
-from matplotlib.colors import to_rgb
+import xarray as xr
 from matplotlib.figure import Figure
 
+from wucht.plots import sheet
+from wucht.plots.page import PRINT, page_context
 from wucht.plots.stability_lines import (
-    Symbol,
+    OVERLAPPING,
     draw_by_stability,
-    draw_classes,
-    draw_kinds,
-    draw_region,
-    equal_stretches,
+    draw_configurations,
     extend_both_ways,
-    field,
-    kind_entries,
     smooth_curve,
 )
-
-SYMBOLS: dict[str, Symbol] = {"": ("^", "white", ""), "hopf": ("D", "white", "Hopf point"), "branch-point": ("s", "black", "")}
-KINDS = np.array(["hopf", "", "branch-point", "hopf", "torus"])
-
-
-def test_classes_without_points_are_neither_drawn_nor_named() -> None:
-    axis = Figure().add_subplot()
-    x = np.arange(3.0)
-    draw_classes(axis, x, x, [(x > 0, "o", "white", "open"), (x > 9, "s", "black", "none")], linestyle="")
-    (line,) = axis.get_lines()
-    assert (line.get_label(), np.asarray(line.get_xdata()).tolist()) == ("open", [1.0, 2.0])
-
-
-def test_special_points_and_their_legend_have_the_same_symbols() -> None:
-    axis = Figure().add_subplot()
-    draw_kinds(axis, np.arange(5.0), np.arange(5.0), KINDS, SYMBOLS)
-    handles = kind_entries(KINDS, SYMBOLS)
-    assert [h.get_label() for h in handles] == ["Hopf point", "branch point", "torus"]
-    assert [line.get_marker() for line in axis.get_lines()] == [h.get_marker() for h in handles] == ["D", "s", "^"]
-    assert [len(np.atleast_1d(line.get_xdata())) for line in axis.get_lines()] == [2, 1, 1]
-
-
-def test_a_region_has_its_hatch_in_the_map_and_in_the_legend() -> None:
-    axis = Figure().add_subplot()
-    inside = np.array([[True, True], [False, False]])
-    draw_region(axis, np.arange(2.0), np.arange(2.0), inside, "//", "white", colors=["#8FB8D6"])
-    (drawn,) = axis.collections
-    assert drawn.hatches == ["//"]  # type: ignore[attr-defined]
-    handle = field("stable", "#8FB8D6", "//")
-    assert (handle.get_label(), handle.get_hatch()) == ("stable", "//")
-    assert handle.get_facecolor()[:3] == to_rgb("#8FB8D6")
-
-
-@pytest.mark.parametrize(
-    ("kinds", "expected"), [([1, 1, 0, 0, 2], [(0, 2), (2, 4), (4, 5)]), ([3], [(0, 1)]), ([], []), ([1, 1], [(0, 2)])]
-)
-def test_runs_of_equal_values(kinds: list[int], expected: list[tuple[int, int]]) -> None:
-    assert equal_stretches(np.array(kinds)) == expected
+from wucht.plots.style import COLOURS, GREY, mark_speeds
 
 
 def test_a_dashed_line_begins_where_the_solid_one_ends() -> None:
@@ -76,12 +38,6 @@ def test_a_dashed_line_begins_where_the_solid_one_ends() -> None:
     assert at == [[0, 1, 4, 5], [1, 2, 3, 4]]
 
 
-def test_what_is_stable_throughout_has_one_line() -> None:
-    axis = Figure().add_subplot()
-    draw_by_stability(axis, np.arange(3.0), np.arange(3.0), np.ones(3, bool), "load")
-    assert len(axis.get_lines()) == 1
-
-
 def test_a_smooth_curve_goes_through_its_points_and_not_below_the_stretch() -> None:
     points = np.array([[0.0, 1.0, 2.0, 3.0, 4.0], [0.0, 0.0, 1.0, 4.0, 4.0]])
     x, y = smooth_curve(points, (4.0, 4.0), 1, 4)
@@ -92,3 +48,76 @@ def test_a_smooth_curve_goes_through_its_points_and_not_below_the_stretch() -> N
 def test_few_points_are_joined_by_straight_lines() -> None:
     points = np.array([[0.0, 1.0, 1.0, 2.0], [0.0, 1.0, 1.0, 0.0]])
     assert smooth_curve(points, (2.0, 1.0), 0, 3)[0].tolist() == [0.0, 1.0, 1.0, 2.0]
+
+
+SPEED = np.array([1.0, 2.0, 3.0, 4.0])
+
+
+def drawn(names: list[str], stable: list[list[int]], overlapping: list[int] | None = None) -> list[tuple[Any, ...]]:
+    """Of each line: its name, colour, dashes, and the points (speed, value) on it; configuration k is at 10 k + speed."""
+    result = xr.Dataset(
+        {"stable": (("configuration", "speed"), stable), "overlapping": ("configuration", overlapping or [0] * len(names))},
+        coords={"speed": SPEED, "configuration_name": ("configuration", names)},
+    )
+    axis = Figure().subplots()
+    draw_configurations(axis, result, 10.0 * np.arange(len(names))[:, None] + SPEED)
+    lines = list[tuple[Any, ...]]()
+    for line in axis.get_lines():
+        x, y = (np.asarray(v, float) for v in line.get_data())
+        name = str(line.get_label())
+        lines.append(("" if name.startswith("_") else name, line.get_color(), line.get_linestyle(), y[np.isfinite(y)].tolist()))
+        assert len(x) == 0 or (x == SPEED).all()
+    return lines
+
+
+def test_a_configuration_is_solid_where_stable_and_dashed_from_its_last_stable_point_on() -> None:
+    first, second, third, legend = drawn(["apart", "together"], [[0, 0, 0, 0], [1, 1, 0, 0]])
+    assert first == ("together", COLOURS[0], "-", [11.0, 12.0]), "what is stable somewhere has the first colour"
+    assert second == ("", COLOURS[0], "--", [12.0, 13.0, 14.0])
+    assert third == ("apart", COLOURS[3], "--", [1.0, 2.0, 3.0, 4.0])
+    assert legend[0] == "not stable" and legend[2:] == ("--", [])
+
+
+def test_pieces_of_one_name_have_one_colour_and_one_entry() -> None:
+    lines = drawn(["in", "out", "in"], [[1] * 4, [1] * 4, [1] * 4])
+    assert [(name, colour) for name, colour, *_ in lines] == [("in", COLOURS[0]), ("", COLOURS[0]), ("out", COLOURS[3])]
+    assert [points[0] for *_, points in lines] == [1.0, 21.0, 11.0]
+
+
+def test_overlapping_bodies_are_dotted_however_stable() -> None:
+    lines = drawn(["in", "out"], [[1, 1, 1, 1], [1, 1, 1, 1]], [1, 0])
+    assert lines == [("out", COLOURS[0], "-", [11.0, 12.0, 13.0, 14.0]), (OVERLAPPING, GREY, ":", [1.0, 2.0, 3.0, 4.0])]
+
+
+def marked(speeds: list[float], frequencies: list[float], free: float) -> list[list[tuple[float, str]]]:
+    """Of two panels: where speeds are marked, and their names."""
+    with page_context(PRINT):
+        _, axes = sheet.new_figure(2, "title")
+        attributes = {"units": "rad/s", "long_name": "speed"}
+        result = xr.Dataset({"natural_frequency": ("mode", frequencies)}, coords={"speed": ("speed", speeds, attributes)})
+        mark_speeds(axes, result, ("natural frequency", "natural frequencies"), (free, "no load"), -1)
+    assert axes[0].get_xlim() == (speeds[0], speeds[-1]) and axes[-1].get_xlabel() == "speed (rad/s)"
+    assert [len(axis.child_axes) for axis in axes] == [1, 0], "revolutions per minute above the first panel"
+    return [
+        [(float(np.asarray(x.get_xdata())[0]), str(x.get_label()).replace("_child", "")) for x in axis.get_lines()]
+        for axis in axes
+    ]
+
+
+def names(lines: list[tuple[float, str]]) -> list[tuple[float, str]]:
+    return [(at, "" if name[:1] in "_0123456789" else name) for at, name in lines]
+
+
+def test_speeds_in_the_range_are_marked_in_both_senses_and_named_in_one_panel() -> None:
+    above, below = marked([-20.0, 0.0, 50.0], [60.0, 15.0, 30.0], 40.0)
+    expected = [(-15.0, "natural frequencies"), (15.0, ""), (30.0, ""), (40.0, "no load")]
+    assert names(below) == expected and names(above) == [(at, "") for at, _ in expected]
+    assert names(marked([10.0, 20.0], [15.0], 25.0)[1]) == [(15.0, "natural frequency")]
+    assert names(marked([10.0, 20.0], [15.0, 15.0 + 1e-12], float("nan"))[1]) == [(15.0, "natural frequency")]
+    assert names(marked([10.0, 20.0], [10.0, 20.0], 20.0)[1])[-1] == (20.0, "no load"), "the ends are in the range"
+
+
+def test_more_configurations_than_colours_are_others() -> None:
+    lines = drawn(list("abcdef"), [[1] * 4] * 6)
+    assert [name for name, *_ in lines] == ["a", "b", "c", "d", "others", ""]
+    assert [colour for _, colour, *_ in lines[4:]] == [GREY, GREY]

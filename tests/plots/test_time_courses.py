@@ -26,12 +26,6 @@ def inner(windows: TurnWindows) -> np.ndarray:
     return windows.at > END / 50
 
 
-def test_a_summary_whose_times_were_edited_shows_the_whole_run() -> None:
-    for edited in ("x", [], {}, None):
-        assert module.shown_until([{"settling_time": edited}], 60.0) == 60.0
-        assert module.shown_until([{"settling_time": 2.0, "amplitude_settling_time": edited}], 60.0) == pytest.approx(3.0)
-
-
 @pytest.mark.parametrize(
     ("settled", "period", "until"),
     [
@@ -50,17 +44,6 @@ def test_a_run_is_drawn_until_it_has_settled(settled: float | None, period: floa
     assert module.shown_until([{"settling_time": settled, "modulation_period": period}], 10.0) == pytest.approx(until)
 
 
-@pytest.mark.parametrize(
-    ("amplitude", "period", "until"),
-    [(None, None, 3.0), (1.0, None, 3.0), (4.0, None, 6.0), (4.0, 1.0, 7.0), (6.0, None, 10.0)],
-)
-def test_a_run_is_drawn_until_its_amplitude_too_has_settled(
-    amplitude: float | None, period: float | None, until: float
-) -> None:
-    summary = {"settling_time": 2.0, "amplitude_settling_time": amplitude, "modulation_period": period}
-    assert module.shown_until([summary], 10.0) == pytest.approx(until)
-
-
 def test_a_held_maximum_is_drawn_through_the_middles_of_its_steps() -> None:
     """The amplitude of a decay, held over each of ten turns: its line is the decay at the middles, without a step."""
     x = np.arange(1000) / 1000
@@ -73,13 +56,6 @@ def test_a_held_maximum_is_drawn_through_the_middles_of_its_steps() -> None:
     assert (np.diff(drawn)[inside[1:]] < 0).all(), "no part is level"
     assert np.abs(np.diff(drawn)).max() < 0.02 * np.abs(np.diff(np.exp(-turn))).max(), "and none jumps"
     assert module.without_steps(x, x)[1][1:-1] == pytest.approx(x), "what is not held remains"
-
-
-def test_of_several_runs_the_last_to_settle_counts() -> None:
-    one, other, never = ({"settling_time": t} for t in (1.0, 2.0, None))
-    assert module.shown_until([one, other], 10.0) == 3.0
-    assert module.shown_until([one, never], 10.0) == 10.0
-    assert module.shown_until([], 10.0) == 10.0
 
 
 def test_the_mean_over_whole_turns_is_without_the_ripple_within_a_turn() -> None:
@@ -138,13 +114,6 @@ def drawn(y: np.ndarray, x: np.ndarray, angle: np.ndarray, band: str | None = "r
     return line, list(axis.collections)
 
 
-def test_without_swings_the_signal_itself_is_drawn() -> None:
-    x, angle = run(20.0)
-    line, bands = drawn(np.sin(x), x, angle)
-    assert line.get_xdata().tolist() == x.tolist() and line.get_ydata().tolist() == np.sin(x).tolist()
-    assert bands == [] and line.get_label() == "power"
-
-
 def test_swings_are_a_mean_and_a_band_with_its_name() -> None:
     x, angle = run()
     y = 10.0 * x + 8.0 * np.cos(2 * angle)
@@ -188,12 +157,6 @@ def test_the_range_of_a_distance_reaches_down_to_zero_on_a_straight_line() -> No
     assert len(lower) and lower.max() < 0.03
 
 
-def test_a_rate_is_exact_however_few_samples_there_are() -> None:
-    x = np.linspace(0.0, END, 40)
-    rate = TurnWindows.of(x, 150.0 * x, END).rates(150.0 * x)
-    assert rate == pytest.approx(np.full(len(rate), 150.0))
-
-
 def phases_of(phase: np.ndarray, turns: float = TURNS) -> Phases:
     x, angle = run(turns)
     return Phases.of(TurnWindows.of(x, angle, END), np.mod(np.atleast_2d(phase), 2 * np.pi))
@@ -231,8 +194,3 @@ def test_a_body_that_slips_first_and_then_locks_is_a_line_and_a_note_but_no_rect
     assert np.asarray(second.get_ydata()) == pytest.approx(np.degrees(2.0))
     assert note.get_label() == "not drawn while turning past" and not len(note.get_xdata())
     assert not phases.all_slip, "one is synchronous"
-
-
-def test_an_angle_is_in_the_turn_of_its_panel() -> None:
-    assert module.angles_in_turn(np.array([350.0, 10.0, 370.0]), -180.0).tolist() == [-10, 10, 10]
-    assert np.isnan(module.angles_in_turn(np.array([350.0, 10.0]), 0.0)).tolist() == [False, True]

@@ -15,13 +15,11 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
 from wucht import InputError
-from wucht.results import provenance
 from wucht.results.output_folder import load_result
 from wucht.results.provenance import CHECKSUMS, verify_checksums, with_checksums
 from wucht.results.store import save
 
 Command = Callable[..., Any]
-Refused = Callable[..., str]
 ATTRIBUTES = {
     "study": "torque-balance", "title": "A drum", "summary": "{}", "sentence": "It turns.", "warnings": "[]", "failure": "",
     "finished": 1, "dimensionless": 0, "input": '{"study": {}, "machine": {}}', "contents": "[]",
@@ -86,21 +84,6 @@ def test_a_changed_dataset_can_be_saved_again(tmp_path: Path) -> None:
     assert load_result(tmp_path / "b.nc").speed.values.tolist() == [2.0, 4.0]
 
 
-def test_a_damaged_byte_is_noticed_or_means_nothing(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Each 37th byte of a file: what is read is what was written, or it is refused. Nothing else is said."""
-    result = xr.Dataset({"speed": ("time", [1.0, 2.0], {"units": "rad/s"}), "name": ("rotor", ["a"])}, attrs=ATTRIBUTES)
-    file = save(result, tmp_path / "result.nc")
-    whole, noticed, tried = file.read_bytes(), 0, range(0, file.stat().st_size, 37)
-    for k in tried:
-        file.write_bytes(whole[:k] + bytes([whole[k] ^ (1 << k % 8)]) + whole[k + 1 :])
-        try:
-            assert load_result(file).identical(result.copy())
-        except InputError:
-            noticed += 1
-    assert noticed > 15, "most of the rest is room that HDF5 keeps free"
-    assert capfd.readouterr().err == ""
-
-
 @pytest.fixture
 def edited(wucht: Command, study: Callable[..., Path]) -> Callable[..., None]:
     """``edited(change)``: the result of a small run, changed, in a file without checksums."""
@@ -121,11 +104,12 @@ EDITS: dict[str, tuple[str, Callable[[xr.Dataset], xr.Dataset]]] = {
     "a study that is a path": ("'../../x'", lambda r: r.assign_attrs(study="../../x")),
     "a study that is a number": ("study: given 3", lambda r: r.assign_attrs(study=3)),
     **{f"no {name}": (f"{name}: this attribute of the result is missing", lambda r, name=name: _without(r, name))
-       for name in ("summary", "sentence", "title", "input", "finished", "failure", "warnings", "dimensionless")},
-    **{f"{name} is not JSON": (f"{name}: given 'x'", lambda r, name=name: r.assign_attrs({name: "x"}))
-       for name in ("summary", "input", "warnings", "notes", "assumed", "contents")},
-    **{f"{name} of another type": (f"{name}: given '3'", lambda r, name=name: r.assign_attrs({name: "3"}))
-       for name in ("summary", "input", "warnings", "notes", "assumed", "contents")},
+       for name in ("summary", "finished", "warnings")},
+    **{f"{name}: {wrong}": (f"{name}: given {wrong!r}", lambda r, name=name, wrong=wrong: r.assign_attrs({name: wrong}))
+       for name, wrong in (("summary", "x"), ("summary", "[]"), ("input", "3"), ("notes", "{}"), ("contents", "x"),
+                           ("quantities", "3"), ("quantities", '{"a": {"unit": 3}}'), ("parts", '[{"on": 3}]'))},
+    "a number that is none": ("finished: given '1'", lambda r: r.assign_attrs(finished="1")),
+    "too deep": ("summary: given '[[", lambda r: r.assign_attrs(summary="[" * 10**5)),
     "a question without a machine": ("tables of the question and the machine", lambda r: r.assign_attrs(input='{"study": {}}')),
     "warnings that are no texts": ("warnings: given '[1]'", lambda r: r.assign_attrs(warnings="[1]")),
     "no outcome": ("run-up: this is not a complete result", lambda r: r.assign_attrs(summary="{}")),
@@ -141,12 +125,11 @@ def _without(result: xr.Dataset, name: str) -> xr.Dataset:
 
 
 @pytest.mark.usefixtures("unpainted")
-@pytest.mark.parametrize("every", [8, pytest.param(1, marks=pytest.mark.slow)])
-def test_an_edited_result_ends_in_one_sentence(edited: Callable[..., None], wucht: Command, every: int) -> None:
-    for number, (what, (sentence, change)) in enumerate([*EDITS.items()][::every]):
+def test_an_edited_result_ends_in_one_sentence(edited: Callable[..., None], wucht: Command) -> None:
+    for number, (what, (sentence, change)) in enumerate(EDITS.items()):
         edited(change)
         commands = (("plot", "edited.nc", "-o", "drawn"), ("compare", "edited.nc", "out", "-o", "compared"))
-        for words in commands[: 1 + (number % 4 == 0)]:
+        for words in commands[: 1 + (number % 8 == 0)]:
             done = wucht(*words)
             if what == "all without a value" or (words[0] == "compare" and done.code == 0):
                 continue  # it may be drawn empty, and be compared by what it has
@@ -155,25 +138,3 @@ def test_an_edited_result_ends_in_one_sentence(edited: Callable[..., None], wuch
             assert done.err.count("\n") == 1, what
             assert sentence in done.err, what
     assert not list(Path().glob("**/x.*"))
-
-
-@pytest.mark.usefixtures("edited")
-def test_a_changed_result_is_refused_by_every_command(refused: Refused) -> None:
-    result = raw("out/result.nc")
-    first = next(str(name) for name in result.data_vars if result[name].dtype.kind == "f")
-    result.assign({first: result[first] + 1.0}).to_netcdf("out/result.nc", engine="h5netcdf")
-    sentence = f"out/result.nc: {first}: changed or damaged since it was written"
-    for command in ("plot out", "export out --csv", "compare out study.toml", "run study.toml -o out --resume"):
-        said = refused(*command.split(), says=(sentence,))
-        assert "study.toml: " not in said, "which is not at fault"
-
-
-def test_a_package_that_is_not_installed_is_noted(monkeypatch: pytest.MonkeyPatch) -> None:
-    def version(name: str) -> str:
-        if name == "llvmlite":
-            raise provenance.PackageNotFoundError
-        return f"{name} 1"
-
-    monkeypatch.setattr(provenance, "version", version)
-    found = provenance.versions.__wrapped__()
-    assert (found["llvmlite"], found["numpy"]) == ("not installed", "numpy 1")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import wucht
+from wucht import WuchtError
 from wucht.extending import Answer
 from wucht.machines.structure import Units
 from wucht.results.report import report_of
@@ -44,11 +44,9 @@ def filled(text: str, units: Units | None = None, **texts: str) -> str:
     [
         ("{speed}", "100 rad/s (955 rpm)"),
         ("{speed:.1f} and {slip:%}", "100.0 rad/s and 1.28 %"),
-        ("{slip:.2g%}, {slip:.1e}", "1.3 %, 1.3e-02"),
         ("{forces}", "a: 3 N, b: 4 N"),
         ("{forces.b:.3g}", "4 N"),
         ("{jumps[1].speed} {jumps[1].sense}", "20 rad/s (191 rpm) down"),
-        ("{speed:.16g}", "100 rad/s"),
     ],
 )
 def test_fields_are_numbers_of_the_summary_with_their_units(text: str, line: str) -> None:
@@ -73,13 +71,6 @@ def test_a_subject_without_units_has_none() -> None:
     assert filled("{speed}, {forces.a}", PLAIN) == "100, 3"
 
 
-def test_texts_are_printed_as_they_are() -> None:
-    assert (
-        filled("{name}: {speed}", name="{speed:.99999999f} {0.__class__}")
-        == "{speed:.99999999f} {0.__class__}: 100 rad/s (955 rpm)"
-    )
-
-
 def test_a_line_without_its_number_is_left_out_in_silence() -> None:
     assert report_of(stored([["x", "{none} of {speed}", {}]], "TURNS")) == ["A machine", "verdict: TURNS"]
 
@@ -94,20 +85,12 @@ def test_a_line_is_one_line_of_printable_letters() -> None:
     [
         (["x", "{speed:.10000000f}", {}], "'.10000000f' is no format"),
         (["x", "{speed:.17g}", {}], "'.17g' is no format"),
-        (["x", "{speed:>99999999}", {}], "'>99999999' is no format"),
         (["x", "{speed!r}", {}], "'speed!r' is no number"),
-        (["x", "{unknown}", {}], "'unknown' is no number"),
         (["x", "{speed.__class__}", {}], "'speed.__class__' is no number"),
         (["x", "{jumps[2].speed}", {}], "'jumps[2].speed' is no number"),
-        (["x", "{jumps}", {}], "'jumps' is no number"),
-        (["x", "{speed..}", {}], "'speed..' is no number"),
-        (["x", "{forces..a}", {}], "'forces..a' is no number"),
         (["x", "{sentence[0]}", {}], "'sentence[0]' is no number"),
         (["x", "y" * 10_001, {}], "a text has at most 10,000 characters"),
-        (["x", "{name}", {"name": "y" * 10_001}], "a text has at most 10,000 characters"),
         (["x", 3, {}], "a line is a heading"),
-        (["x", "{speed}", {"speed": 3}], "a line is a heading"),
-        ("x", "a line is a heading"),
     ],
 )
 def test_what_is_no_line_is_left_out_with_one_note(line: Any, reason: str) -> None:
@@ -124,20 +107,7 @@ def test_a_report_has_at_most_200_lines() -> None:
     assert len(longer) == 203 and "a line that is left out cannot be read: at most 200 lines" in longer[-1]
 
 
-def test_an_answer_of_more_lines_has_its_first_and_its_last() -> None:
-    def lines_of(count: int) -> list[str]:
-        a = Answer()
-        for k in range(count):
-            a.line("", f"value {k}")
-        return report_of(stored(json.loads(a.to_dataset().attrs["lines"])["lines"]))[2:]
-
-    assert [line.split()[-1] for line in lines_of(200)] == [str(k) for k in range(200)]
-    lines = lines_of(201)
-    assert [line.split()[-1] for line in (*lines[:159], *lines[160:])] == [str(k) for k in (*range(159), *range(161, 201))]
-    assert lines[159].strip() == "and 2 more lines: their numbers are in the Dataset"
-
-
-@pytest.mark.parametrize("lines", ["", "[]", "{}", '{"lines": 3}', '{"lines": [], "verdict": 3}', "[" * 10**5])
+@pytest.mark.parametrize("lines", ["[]", '{"lines": 3}', "[" * 10**5])
 def test_without_lines_the_main_numbers_are_reported(lines: str) -> None:
     """As of a result of an earlier version, which has no such attribute."""
     result = stored(lines)
@@ -158,14 +128,6 @@ def test_a_line_for_each_row_and_paths_within_a_table() -> None:
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("kind", "unit", "without"),
-    [("speed", "rad/s", ""), ("1/time", "1/s", ""), ("N m", "N m", "N m"), ("rad", "rad", "rad"), ("", "", "")],
-)
-def test_a_kind_of_quantity_has_the_unit_of_the_subject(kind: str, unit: str, without: str) -> None:
-    assert (Answer().unit(kind), Answer(PLAIN).unit(kind)) == (unit, without)
-
-
 def test_columns_of_a_table_are_variables() -> None:
     a = Answer()
     a.table(
@@ -181,21 +143,6 @@ def test_columns_of_a_table_are_variables() -> None:
     assert result.point_stable.dtype == np.int8 and np.isnan(result.point_speed.values[1])
     assert result.pole_size.dims == ("pole",) and result.pole_size.attrs == {"long_name": "size", "units": "m"}
     assert result.wucht.headlines == ["points.speed"] and result.wucht.unit_at("points[0].speed") == "rad/s"
-
-
-def test_a_number_is_stated_once() -> None:
-    a = answer()
-    a.number("speed", 3.0, "another speed")
-    with pytest.raises(wucht.WuchtError, match="'speed'"):
-        a.to_dataset()
-
-
-def test_a_number_of_a_table_is_stated_once_and_the_others_remain() -> None:
-    a = answer()
-    with pytest.raises(wucht.WuchtError, match="'largest'"), a.group("loads", "loads"):
-        a.number("largest", 5.0, "largest load")
-        a.number("largest", 6.0, "another one")
-    assert "speed" in a.summary and "loads" not in a.summary
 
 
 def test_an_answer_whose_statement_was_stopped_is_stated_anew() -> None:
@@ -216,14 +163,15 @@ def test_an_answer_whose_statement_was_stopped_is_stated_anew() -> None:
     assert (result.wucht.summary, result.wucht.warnings) == ({"sentence": "it turns", "speed": 100.0}, ["a doubt"])
 
 
+def test_a_number_is_stated_once() -> None:
+    a = answer()
+    a.number("speed", 3.0, "another speed")
+    with pytest.raises(WuchtError, match="'speed'"):
+        a.to_dataset()
+
+
 def test_numbers_of_arrays_are_numbers_of_the_summary() -> None:
     a = Answer()
     a.number("count", np.int64(3), "count")
     a.number("shares", np.array([0.5, np.nan]), "shares")
     assert a.to_dataset().wucht.summary == {"sentence": "", "count": 3, "shares": [0.5, None]}
-
-
-def test_a_number_beyond_all_floats_is_left_out() -> None:
-    result = stored([["x", "{speed}", {}]])
-    result.attrs["summary"] = json.dumps({"sentence": "", "speed": 10**400})
-    assert "a line that is left out cannot be read: 'speed' is no number" in report_of(result)[-1]

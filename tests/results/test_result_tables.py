@@ -44,13 +44,6 @@ def branched(study: str = "orbit-branch") -> xr.Dataset:
     return result_dataset(quantities, "two orbits").assign_attrs(study=study, title="A title", dimensionless=0, finished=1)
 
 
-def test_all_tables_have_names() -> None:
-    assert branched().wucht.tables == [
-        "point", "steady", "end", "orbit-place", "orbits", "ends", "point-summary", "numbers",
-    ]  # fmt: skip
-    assert branched().wucht.table("point-summary").to_dict("list") == {"x [m]": [1]}
-
-
 def test_variables_over_one_dimension_are_a_table_with_units() -> None:
     points = branched().wucht.table("point")
     assert list(points.columns) == ["branch", "speed drum [rad/s]", "speed ball [rad/s]"]
@@ -86,15 +79,6 @@ def test_the_summary_has_every_key_with_unit_and_words() -> None:
     assert rows["advice"] == (None, "", "advice")
     assert rows["orbits"] == (2, "", "orbits: number of rows of the table orbits")
     assert rows["point"][0::2] == (1, "points named as a dimension is: number of rows of the table point-summary")
-
-
-def test_lists_that_are_no_tables_are_numbers() -> None:
-    quantities = [Quantity("empty", [], "none"), Quantity("bare", [{}], "bare"), Quantity("mixed", [{"a": 1.0}, {}], "mixed")]
-    says = result_dataset(quantities, "").assign_attrs(study="own").wucht
-    assert says.tables == ["mixed", "numbers"]
-    assert says.table("mixed")["a"].isna().tolist() == [False, True]
-    assert says.summary_table["value"].tolist() == ["", None, None, 2]
-    assert says.summary_table.index.tolist() == ["sentence", "empty", "bare[0]", "mixed"]
 
 
 def test_all_together_are_the_sum_of_the_tables() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
+
 import pytest
 
 from wucht.errors import WuchtError
@@ -18,4 +20,5 @@ def _reason_against() -> str:
 
 
 REASON = _reason_against()
+needs_fastapi = pytest.mark.skipif(find_spec("fastapi") is None, reason="fastapi, of the extra web, is not installed")
 needs_page = pytest.mark.skipif(bool(REASON), reason=REASON)

@@ -173,11 +173,6 @@ const jobs = {
       }
     });
   },
-  async smallNumbers({ curve, values }) {
-    const { largestSize, quantityText, withoutRounding } = await load("numbers");
-    const largest = largestSize(curve);
-    return { largest, texts: values.map((value) => quantityText(withoutRounding(value, largest), "mm", 3)) };
-  },
   async sliders() {
     const { placeOf, refusal, valueAt } = await load("controls");
     return page.groups.flatMap((group) =>

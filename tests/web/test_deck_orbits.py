@@ -16,41 +16,8 @@ from wucht.numerics.flow.integration import integrate
 from wucht.studies.study_file import read_study
 from wucht.studies.subjects import MACHINE
 
-# Symmetric about the exciter, which is at the centre of mass: nothing makes the deck pitch.
-LEVEL_DECK = """
-[machine.carrier]
-directions = "xyr"
-mass = "360 kg"
-inertia = "150 kg m^2"
-gravity = "9.81 m/s^2"
-mounts = [
-  { at = ["-0.9 m", "0 m"], stiffness = ["60e3 N/m", "110e3 N/m"], damping = ["300 N s/m", "500 N s/m"] },
-  { at = ["0.9 m", "0 m"], stiffness = ["60e3 N/m", "110e3 N/m"], damping = ["300 N s/m", "500 N s/m"] },
-]
-[[machine.bodies]]
-kind = "rotor"
-name = "exciter"
-mass = "20 kg"
-unbalance = "0.45 kg m"
-inertia = "0.5 kg m^2"
-[machine.drive]
-kind = "linear"
-on = "exciter"
-slope = "2 N m s"
-no_load_speed = "155 rad/s"
-[study]
-kind = "run-up"
-until = "5 s"
-"""
 CANVAS = 640, 480
 ORBITS = "orbits of the carrier's ends and centre of mass"
-
-
-@pytest.fixture
-def level_deck(tmp_path: Path) -> str:
-    file = tmp_path / "level-deck.toml"
-    file.write_text(LEVEL_DECK, encoding="utf-8")
-    return str(file)
 
 
 def deck_places(machine: Machine) -> np.ndarray:
@@ -104,19 +71,10 @@ def test_orbits_of_a_deck_that_pitches_are_those_of_python(tmp_path: Path, name:
         assert np.abs(left - right).max() > 0.1 * size_of(centre)
 
 
-def test_without_pitch_the_ends_move_as_the_centre(tmp_path: Path, level_deck: str) -> None:
-    """From rest: the exciter hangs."""
-    for left, centre, right in check_orbits(tmp_path, level_deck, [0.5, 2.0], {"exciter": -np.pi / 2}):
-        assert np.abs(np.stack([left, right]) - centre).max() < 1e-9 * size_of(centre)
-
-
 @pytest.mark.parametrize(
     ("name", "until"),
-    [
-        ("practice/screen", 1.0), ("practice/screen-unsynchronised", 4.0), ("practice/screen-loaded", 1.0),
-        ("practice/fan-on-belt", 9.0),
-    ],
-)  # fmt: skip
+    [("practice/screen", 1.0), ("practice/screen-loaded", 1.0)],
+)
 def test_orbits_of_the_ends_stay_in_the_picture_and_are_large(tmp_path: Path, name: str, until: float) -> None:
     """At most a fifth of the deck from rest; 2 % beyond, as the largest of 16 samples a turn may be less than the peak."""
     times = np.linspace(0, until, 201)[1:].tolist()
@@ -143,7 +101,10 @@ def test_orbits_are_drawn_about_the_rest_of_changed_springs(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    "name", ["drozdetskaya-2020/r1", "practice/laundry-drum", "sperling-vibration/self-synchronisation-soft"]
+    "name",
+    [
+        "practice/laundry-drum",
+    ],
 )
 def test_a_carrier_that_does_not_turn_has_the_orbit_of_its_axis_alone(tmp_path: Path, name: str) -> None:
     result = answer(tmp_path, page_text(name), "orbits", scenario={"until": 1}, times=[1], tolerance=1e-6)

@@ -11,21 +11,19 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
-from tests.conftest import STUDY, Command
-from tests.web.built_page import needs_page
+from tests.conftest import STUDY
+from tests.web.built_page import needs_fastapi, needs_page
 from tests.web.running_app import running_app
 
 from wucht import run_file
 
-pytest.importorskip("fastapi", reason="fastapi, of the extra web, is not installed")
-
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-MUST = "must be a study or machine file, or a catalogue name"
+pytestmark = needs_fastapi
 
 
 def children(pid: int) -> list[int]:
@@ -74,47 +72,12 @@ def test_a_port_in_use_is_one_sentence(refused: object) -> None:
         refused("app", "--port", port, "--no-browser", says=(f"--port: given {port}; this port cannot be used", "0 for any"))  # type: ignore[operator]
 
 
-@needs_page
-def test_a_file_that_is_not_there_is_one_sentence(refused: object) -> None:
-    refused("app", "nothing.toml", "--port", "0", "--no-browser", says=("nothing.toml: there is no such file",))  # type: ignore[operator]
-    refused(
-        "app",
-        "laundri",
-        "--port",
-        "0",
-        "--no-browser",
-        says=(f"FILE: given 'laundri'; {MUST}; did you mean 'practice/laundry-drum'?",),
-    )  # type: ignore[operator]
-
-
-@needs_page
 @pytest.mark.parametrize(
-    ("name", "says"),
+    "missing",
     [
-        ("sperling-vibration/figure-4", ("figure-4.toml: machine.bodies[1] (b1).release: ", "free from the start")),
-        ("kaltofen-cam/dwell-and-return", ("dwell-and-return.toml: machine: ", "this file has none")),
+        "fastapi",
     ],
 )
-def test_what_no_page_can_show_is_refused_before_it_is_served(refused: object, name: str, says: tuple[str, ...]) -> None:
-    """By the sentence of `wucht share`."""
-    sentence = refused("app", name, "--port", "0", "--no-browser", says=says)  # type: ignore[operator]
-    assert sentence == refused("share", name, "--no-verdict", says=says)  # type: ignore[operator]
-
-
-@pytest.mark.parametrize("port", ["99999", "-1"])
-def test_a_port_that_does_not_exist_is_refused(refused: object, port: str) -> None:
-    refused("app", "--port", port, "--no-browser", says=(f"--port: given {port}; must be 0 to 65535",))  # type: ignore[operator]
-
-
-def test_a_page_that_was_not_built_is_one_sentence(wucht: Command, here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The process that makes pages looks for it before a browser is opened."""
-    sentence = "the page of the live machine is not part of this installation"
-    monkeypatch.setattr("wucht.web.workers.Workers.check", lambda *_: {"error": sentence, "status": 503})
-    done = wucht("app", "--port", "0", "--no-browser")
-    assert (done.code, done.out, done.err) == (1, "", f"wucht: {sentence}\n")
-
-
-@pytest.mark.parametrize("missing", ["fastapi", "uvicorn"])
 def test_without_the_extra_it_says_how_to_install_it(refused: object, missing: str, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in [n for n in sys.modules if n.partition(".")[0] == missing or n == "wucht.web.live_server"]:
         monkeypatch.delitem(sys.modules, name)
@@ -161,36 +124,6 @@ def test_in_the_browser_the_label_goes_and_comes_back(browser: Browser, tmp_path
         page.context.close()
 
 
-def _answer_with(reply: dict[str, Any] | None) -> Callable[[Any], None]:
-    return lambda route: route.abort() if reply is None else route.fulfill(**reply)
-
-
-@pytest.mark.slow
-def test_the_page_says_why_there_is_no_verdict(browser: Browser, tmp_path: Path) -> None:
-    """Another page was answered, a proxy answers, nobody does: answers given by the test. Then the server's."""
-    answers: list[dict[str, Any] | None] = [
-        {"body": '{"superseded": true}', "content_type": "application/json"},
-        {"body": "bad gateway", "status": 502, "content_type": "text/plain"},
-        None,
-    ]
-    sentences = (
-        "another page needed a verdict",
-        "the server answers with status 502: bad gateway",
-        "no answer from",
-    )
-    with running_app(tmp_path, "drozdetskaya-2020/r1") as app:
-        page = browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
-        page.goto(app.file.as_uri(), timeout=60_000)
-        page.wait_for_selector("html[data-courses]", state="attached", timeout=20_000)
-        slope = "input[type=text][aria-label^='slope']"
-        for k, (reply, sentence) in enumerate(zip(answers, sentences, strict=True)):
-            page.route("**/verdict", _answer_with(reply))
-            page.fill(slope, str(0.03 + 0.001 * k))
-            page.press(slope, "Enter")
-            page.wait_for_selector(f".verdict:has-text('{sentence}')", timeout=20_000)
-            assert page.inner_text(".verdict").startswith("not judged")
-            page.unroute("**/verdict")
-        page.fill(slope, "0.039")
-        page.press(slope, "Enter")
-        page.wait_for_selector(".verdict.judged", timeout=20_000)
-        page.context.close()
+@needs_page
+def test_a_file_that_is_not_there_is_one_sentence(refused: Callable[..., str]) -> None:
+    refused("app", "nothing.toml", "--port", "0", "--no-browser", says=("nothing.toml: there is no such file",))

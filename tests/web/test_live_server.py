@@ -8,29 +8,25 @@ import json
 import os
 import re
 import sys
-import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote_to_bytes
 
 import pytest
 from tests.conftest import STUDY
-from tests.web.built_page import needs_page
-
-pytest.importorskip("fastapi", reason="fastapi, of the extra web, is not installed")
-
-from starlette.testclient import TestClient
-from tests.web.visiting import opened
+from tests.web.built_page import REASON, needs_fastapi, needs_page
 
 from wucht import run_file
-from wucht.web.live_server import LARGEST, file_below, live_server
 from wucht.web.machine_list import machine_list
-from wucht.web.session import Session
+from wucht.web.session import TOKEN_HEADER, Session
 from wucht.web.workers import Workers
 
+if TYPE_CHECKING:
+    from starlette.testclient import TestClient
+
+pytestmark = needs_fastapi
 PORT = 8417
 ORIGIN = f"http://127.0.0.1:{PORT}"
 PAGE = {"origin": ORIGIN}
@@ -65,19 +61,33 @@ def workers(folder: Path) -> Iterator[Workers]:
     processes.close()
 
 
+def opened(folder: Path, workers: Workers) -> TestClient:
+    """The user's browser: it has the cookie of the first page, opened with the first key, and sends the token."""
+    from starlette.testclient import TestClient
+
+    from wucht.web.live_server import live_server
+
+    if REASON:
+        pytest.skip(REASON)
+    session = Session(PORT)
+    client = TestClient(live_server(folder, PORT, workers, session), base_url=f"http://127.0.0.1:{PORT}")
+    page = client.get("/", params={"key": session.first_key}).text
+    client.headers[TOKEN_HEADER] = re.search('data-token="([^"]+)"', page)[1]  # type: ignore[index]
+    return client
+
+
 @contextmanager
 def client_with(folder: Path, **limits: float) -> Iterator[TestClient]:
     """A server whose jobs have less time."""
-    workers, session = Workers(folder, **limits), Session(PORT)
-    yield opened(live_server(folder, PORT, workers, session), session)
+    workers = Workers(folder, **limits)
+    yield opened(folder, workers)
     workers.close()
 
 
 @pytest.fixture(scope="module")
 def client(folder: Path, workers: Workers) -> TestClient:
     """The user's browser, after the first page."""
-    session = Session(PORT)
-    return opened(live_server(folder, PORT, workers, session), session)
+    return opened(folder, workers)
 
 
 def test_first_page_lists_files_below_the_folder_and_the_catalogue(client: TestClient) -> None:
@@ -98,17 +108,12 @@ def test_first_page_lists_files_below_the_folder_and_the_catalogue(client: TestC
 
 
 @needs_page
-def test_the_list_has_an_address_of_its_own(client: TestClient, folder: Path, workers: Workers) -> None:
-    """Where the first page is that of a file, what refuses another one leads to the list."""
-    session = Session(PORT)
-    of_file = opened(live_server(folder, PORT, workers, session, "drum.toml"), session)
-    assert "const page = " in of_file.get("/").text
-    assert '<a href="/machines">All machines</a>' in of_file.get("/machine/nothing.toml").text
-    assert of_file.get("/machines").text == client.get("/").text == client.get("/machines").text
-
-
-@needs_page
-@pytest.mark.parametrize("name", ["drum.toml", "inside/drum%20two.toml", "drozdetskaya-2020/r1-u1"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "inside/drum%20two.toml",
+    ],
+)
 def test_the_page_of_a_machine_knows_its_server(client: TestClient, name: str) -> None:
     page = client.get(f"/machine/{name}")
     assert page.status_code == 200
@@ -119,9 +124,7 @@ def test_the_page_of_a_machine_knows_its_server(client: TestClient, name: str) -
 
 
 @needs_page
-@pytest.mark.parametrize(
-    "path", ["/machine/drum.toml", "/machine/drozdetskaya-2020/r1-u1", "/machine/sperling-vibration/figure-4"]
-)
+@pytest.mark.parametrize("path", ["/machine/drum.toml", "/machine/sperling-vibration/figure-4"])
 def test_a_page_runs_its_own_scripts_alone(client: TestClient, path: str) -> None:
     """The policy of the header has the hash of each, and that of the page itself; a page without scripts runs none."""
     answer = client.get(path)
@@ -138,37 +141,18 @@ def test_a_page_runs_its_own_scripts_alone(client: TestClient, path: str) -> Non
         assert rules.get("script-src", "").split() == hashes
 
 
-def test_every_answer_lets_a_page_load_nothing_and_ask_only_this_server(client: TestClient) -> None:
-    for answer in (client.get("/"), client.get("/nothing"), client.post("/verdict"), client.get("/", headers={"host": "x"})):
-        policy = answer.headers["content-security-policy"]
-        assert policy.startswith("default-src 'none'")
-        assert "connect-src 'self'" in policy
-        assert "frame-ancestors 'none'" in policy
-        assert answer.headers["x-content-type-options"] == "nosniff"
-        assert not [name for name in answer.headers if name.startswith("access-control")]
-        assert "server" not in answer.headers
-
-
 @pytest.mark.parametrize(
     ("name", "status", "sentence"),
     [
-        ("..%2fsecret.toml", 404, "no machine file below"),
         ("..%2f..%2f..%2fetc%2fpasswd", 404, "no machine file below"),
-        ("%2fetc%2fpasswd", 404, "no machine file below"),
         ("link.toml", 404, f"{MUST}|only files below"),
         ("linked%2fsecret.toml", 404, f"{MUST}|only files below"),
-        ("inside", 404, "not a file|no such"),
         ("nothing.toml", 404, "there is no such file"),
         ("nix", 404, f"FILE: given &#x27;nix&#x27;; {MUST}"),
-        ("a%00b", 404, "no machine file"),
         ("%22%3E%3Cscript%3E", 404, "&lt;script&gt;"),
-        ("a" * 5000, 404, ""),
-        ("bad.toml", 422, "bad.toml: the file is not valid TOML"),
         ("wrong.toml", 422, "machine.carrier.mass: given &#x27;-1 kg"),
-        ("pyproject.toml", 422, "project"),
         ("uses.toml", 404, "only files below"),
         ("sperling-vibration/figure-4", 422, r"machine\.bodies\[1\] \(b1\)\.release: given .*; not allowed in a live machine"),
-        ("kaltofen-cam/figure-1", 404, MUST),
     ],
 )
 def test_what_cannot_be_shown_is_refused_by_a_sentence(client: TestClient, name: str, status: int, sentence: str) -> None:
@@ -178,25 +162,6 @@ def test_what_cannot_be_shown_is_refused_by_a_sentence(client: TestClient, name:
     assert re.search(sentence, answer.text)
     assert "Traceback" not in answer.text
     assert "<script>" not in answer.text
-
-
-def test_a_file_of_the_list_is_read_once_until_it_changes(tmp_path: Path) -> None:
-    for k in range(3):
-        rows = "\n".join(f"key-{k}-{n} = [1.5, 2.5, 3.5]" for n in range(20_000))
-        (tmp_path / f"file-{k}.toml").write_text(f"{rows}\n", encoding="utf-8")
-    times, pages = [], []
-    for _ in range(2):
-        begin = time.process_time()
-        pages.append(machine_list(tmp_path, []))
-        times.append(time.process_time() - begin)
-    assert times[1] < times[0] / 20
-    assert pages[0] == pages[1]
-    assert "file-1.toml" not in pages[1]
-    with (tmp_path / "file-1.toml").open("a", encoding="utf-8") as file:
-        file.write("[machine]\n")
-    assert '<a href="/machine/file-1.toml">' in machine_list(tmp_path, [])
-    (tmp_path / "file-1.toml").write_text("[project]\n", encoding="utf-8")
-    assert "file-1.toml" not in machine_list(tmp_path, [])
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only there is a name any bytes")
@@ -212,29 +177,12 @@ def test_a_name_that_is_not_utf8_is_listed_as_well(tmp_path: Path) -> None:
     page.encode("utf-8")
 
 
-def test_files_below_a_folder(folder: Path) -> None:
-    root = folder.resolve()
-    assert file_below(root, "inside/drum two.toml") == root / "inside" / "drum two.toml"
-    for name in (
-        "link.toml",
-        "linked/secret.toml",
-        "../x.toml",
-        "inside/../drum.toml",
-        "inside",
-        "",
-        "drum",
-        "\0",
-        "c:\\x.toml",
-    ):
-        assert file_below(root, name) is None
-
-
-@pytest.mark.parametrize("path", ["/docs", "/redoc", "/openapi.json", "/verdict", "/machine", "/static/x", "/favicon.ico"])
+@pytest.mark.parametrize("path", ["/docs", "/verdict", "/favicon.ico"])
 def test_there_are_no_other_routes(client: TestClient, path: str) -> None:
     assert client.get(path).status_code in (404, 405)
 
 
-@pytest.mark.parametrize("method", ["PUT", "DELETE", "PATCH", "OPTIONS"])
+@pytest.mark.parametrize("method", ["PUT", "OPTIONS"])
 def test_no_other_method_does_anything(client: TestClient, method: str) -> None:
     assert client.request(method, "/verdict", headers=PAGE).status_code == 405
     assert client.request(method, "/verdict").status_code == 403
@@ -242,7 +190,7 @@ def test_no_other_method_does_anything(client: TestClient, method: str) -> None:
 
 @pytest.mark.parametrize(
     "host",
-    ["example.org", f"example.org:{PORT}", "127.0.0.1", "127.0.0.1:80", f"[::1]:{PORT}", f"127.0.0.1:{PORT}.example.org", ""],
+    ["example.org", "127.0.0.1:80", f"127.0.0.1:{PORT}.example.org", ""],
 )
 def test_another_host_is_refused(client: TestClient, host: str) -> None:
     """A name that leads here without being that of this computer: a page of it would be of the same origin."""
@@ -250,26 +198,9 @@ def test_another_host_is_refused(client: TestClient, host: str) -> None:
     assert client.post("/verdict", headers={"host": host, "origin": f"http://{host}"}, content=STUDY).status_code == 403
 
 
-def test_this_computer_has_two_names(client: TestClient) -> None:
-    name = f"localhost:{PORT}"
-    answer = client.post("/verdict", headers={"host": name, "origin": f"http://{name}"}, content="x")
-    assert answer.status_code == 200
-    assert client.post("/verdict", headers={"host": name, "origin": ORIGIN}, content="x").status_code == 403
-
-
 @pytest.mark.parametrize(
     "origin",
-    [
-        None,
-        "null",
-        "",
-        f"https://127.0.0.1:{PORT}",
-        "http://127.0.0.1:8000",
-        "http://127.0.0.1",
-        "http://example.org",
-        f"{ORIGIN}/",
-        f"{ORIGIN} x",
-    ],
+    [None, "null", f"https://127.0.0.1:{PORT}", "http://127.0.0.1:8000", f"{ORIGIN}/"],
 )
 def test_a_verdict_is_given_to_pages_of_this_server_alone(client: TestClient, origin: str | None) -> None:
     answer = client.post("/verdict", content=STUDY, headers={} if origin is None else {"origin": origin})
@@ -286,15 +217,13 @@ def test_pages_elsewhere_load_nothing_but_may_link(client: TestClient) -> None:
 
 
 def test_a_study_file_is_at_most_a_megabyte(client: TestClient) -> None:
+    from wucht.web.live_server import LARGEST
+
     answer = client.post("/verdict", content=b"#" * (LARGEST + 1), headers=PAGE)
     assert (answer.status_code, answer.json()) == (413, {"error": "the study file is larger than 1 MB"})
     assert client.post("/verdict", content=b"#" * LARGEST, headers=PAGE).json()["error"].startswith("machine: ")
     parts = iter([b"#" * LARGEST, b"#"])  # sent without its length
     assert client.post("/verdict", content=parts, headers=PAGE).status_code == 413
-
-
-def test_bytes_that_are_no_text_are_refused(client: TestClient) -> None:
-    assert client.post("/verdict", content=b"\xff\xfe", headers=PAGE).status_code == 422
 
 
 def verdict_of(client: TestClient, study: str) -> dict[str, Any]:
@@ -306,11 +235,7 @@ def verdict_of(client: TestClient, study: str) -> dict[str, Any]:
 
 @pytest.mark.parametrize(
     ("setting", "until", "label"),
-    [
-        ('"drive.slope" = 0.04', "0.5 s", "unidentified"),
-        ('"drive.slope" = 0.4', "8 s", "compensated"),
-        ('"drive.slope" = 0.005', "40 s", "captured-modulated"),
-    ],
+    [('"drive.slope" = 0.04', "0.5 s", "unidentified"), ('"drive.slope" = 0.4', "8 s", "compensated")],
 )
 def test_a_verdict_is_that_of_wucht_run(client: TestClient, tmp_path: Path, setting: str, until: str, label: str) -> None:
     study = STUDY.replace("[study]", f"[machine.set]\n{setting}\n\n[study]").replace("0.5 s", until)
@@ -318,27 +243,6 @@ def test_a_verdict_is_that_of_wucht_run(client: TestClient, tmp_path: Path, sett
     result = run_file(tmp_path / "study.toml")
     assert verdict_of(client, study) == {"label": result.wucht.summary["outcome"], "sentence": result.wucht.sentence}
     assert result.wucht.summary["outcome"] == label
-
-
-def test_a_wrong_value_is_answered_by_its_sentence(client: TestClient) -> None:
-    answer = verdict_of(client, STUDY.replace('slope = "0.04 N m s"', "slope = -1"))
-    assert answer == {"error": "machine.drive.slope: given -1; must be a slope of the torque-speed curve of at least 0 N m s"}
-
-
-def test_a_newer_question_ends_the_one_before_it(client: TestClient) -> None:
-    answers = list[dict[str, Any]]()
-    before = threading.Thread(target=lambda: answers.append(verdict_of(client, STUDY.replace("0.5 s", "20000 s"))))
-    before.start()
-    time.sleep(0.5)
-    assert "label" in verdict_of(client, STUDY)
-    before.join(20)
-    assert answers == [{"superseded": True}]
-
-
-def test_a_run_that_takes_too_long_is_given_up(folder: Path) -> None:
-    with client_with(folder, judging=0.3) as client:
-        answer = verdict_of(client, STUDY.replace("0.5 s", "20000 s"))
-    assert answer == {"error": "the run takes longer than 0.3 s: copy the study file, and use `wucht run`"}
 
 
 @needs_page
@@ -349,23 +253,5 @@ def test_a_page_whose_verdict_takes_too_long_comes_without_one(folder: Path) -> 
     assert json.loads(re.search(r"^const page = (.*);$", page.text, re.M)[1])["text"]["verdict"] is None  # type: ignore[index]
 
 
-def test_nothing_is_reported_to_anybody(folder: Path, workers: Workers, monkeypatch: pytest.MonkeyPatch) -> None:
-    """FastAPI can report requests where variables of the environment, or another library in the process, say so."""
-    trace = pytest.importorskip("opentelemetry.trace", reason="this version of FastAPI reports nothing")
-    spans = []
-
-    class Provider(trace.TracerProvider):  # type: ignore[misc, name-defined]
-        def get_tracer(self, *words: Any, **options: Any) -> Any:
-            spans.append(words)
-            return trace.NoOpTracer()
-
-    monkeypatch.setenv("FASTAPI_OTEL_AUTO_CONFIGURE", "true")
-    monkeypatch.setattr(trace, "get_tracer_provider", Provider)
-    session = Session(PORT)
-    client = opened(live_server(folder, PORT, workers, session), session)
-    assert client.get("/").status_code == 200
-    assert spans == []
-    from fastapi import FastAPI
-
-    TestClient(FastAPI()).get("/")
-    assert spans, "without the server's setting it would"
+def test_bytes_that_are_no_text_are_refused(client: TestClient) -> None:
+    assert client.post("/verdict", content=b"\xff\xfe", headers=PAGE).status_code == 422

@@ -8,11 +8,10 @@ import re
 from functools import cache
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
 import numpy as np
 import pytest
-from tests.web.page_answers import answer, page_text, schedule_of_20000_points
+from tests.web.page_answers import answer, page_text
 
 from wucht import load_machine
 from wucht.dynamics.run_ups.run_up import RunUpCase
@@ -27,9 +26,7 @@ RELEASES = {"sperling-vibration/figure-4", "sperling-vibration/figure-4-y-blocke
 @pytest.mark.parametrize(
     ("name", "paths"),
     [
-        ("drozdetskaya-2020/r1", ["carrier.stiffness", "drum.mass", "drive.slope", "drum.bearing_damping"]),
         ("practice/screen", ["carrier.mounts.1.stiffness.x", "carrier.inertia", "e1.position.y", "drives.e2.rotor_resistance"]),
-        ("practice/fan-on-inverter", ["carrier.stiffness", "load.coefficient"]),
         ("practice/laundry-drum", ["carrier.stiffness.y", "drum.mass", "load.coefficient", "drive.armature_resistance"]),
         ("drozdetskaya-2020/table-5.1", ["s", "u"]),
     ],
@@ -45,15 +42,6 @@ def test_marked_speeds_move_as_in_python(tmp_path: Path, name: str, paths: list[
         assert [x["speed"] for x in levels if x["isNatural"]] == pytest.approx(natural, rel=1e-9)
         free = [free_speed(changed, r) for r in changed.rotors]
         assert [x["speed"] for x in levels if not x["isNatural"]] == pytest.approx(free, rel=1e-9)
-
-
-def test_without_torques_over_the_speed_a_marked_speed_is_left_out_once_it_would_change(tmp_path: Path) -> None:
-    """A speed that is enforced."""
-    machine = load_machine("sperling-rollers/table-1")
-    speed = "drive.speed"
-    values = [{}, {"rotor.mass": 1.0}, {speed: 1.1 * machine.values[speed]}]
-    rows = answer(tmp_path, page_of("sperling-rollers/table-1"), "levels", values=values)
-    assert [[not x["isNatural"] for x in row].count(True) for row in rows] == [1, 1, 0]
 
 
 def study_of(folder: Path, text: str) -> RunUpCase:
@@ -86,7 +74,7 @@ def test_a_copied_study_file_is_the_machine_shown(tmp_path: Path) -> None:
     assert dict(zip(states, run.models[0].initial.tolist(), strict=True)) == pytest.approx(state, rel=1e-14)
 
 
-@pytest.mark.parametrize("name", ["practice/angle-grinder", "practice/screen", "sperling-vibration/figure-2a"])
+@pytest.mark.parametrize("name", ["practice/angle-grinder", "sperling-vibration/figure-2a"])
 def test_what_follows_from_other_numbers_stays_in_a_copied_study_file(tmp_path: Path, name: str) -> None:
     """Frequencies of contacts, reactances; frequencies with their unit."""
     machine = load_machine(name)
@@ -99,23 +87,25 @@ def test_what_follows_from_other_numbers_stays_in_a_copied_study_file(tmp_path: 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [n for n in names() if "machine" in load_document(n)[0] and n not in RELEASES])
-def test_every_control_of_the_catalogue_is_a_key_of_its_file(tmp_path: Path, name: str) -> None:
+def test_every_control_of_the_catalogue_is_a_key_of_its_file(tmp_path: Path) -> None:
     """With all of them moved, the copied study file is the machine with these values, and with all others as they were."""
-    page = page_of(name)
-    contents = json.loads(re.findall(r"^const page = (.*);$", page, re.MULTILINE)[0])
-    entries = json.loads(re.findall(r"^parameters: (.*),$", page, re.MULTILINE)[0])
-    controls = [
-        (entries[i], control) for group in contents["groups"] for control in group["controls"] for i in control["indices"]
-    ]
-    # An inertia about the axis must be at least m e^2, whatever mass and eccentricity are.
-    factors = {p["path"]: 1.0 if c["whole"] else 1.2 if "inertia" in c["name"] else 1.03 for p, c in controls}
-    parameters = {p["path"]: p["value"] * factors[p["path"]] for p, _ in controls}
-    run = study_of(tmp_path, answer(tmp_path, page, "study", scenario={"parameters": parameters}))
-    expected = {p["path"]: p["value"] for p in entries if not p["path"].endswith(".switch")} | parameters
-    assert {p: run.machine.values[p] for p in expected if ".offset_" not in p} == pytest.approx(
-        {p: v for p, v in expected.items() if ".offset_" not in p}, rel=1e-12
-    )
+    for name in names():
+        if "machine" not in load_document(name)[0] or name in RELEASES:
+            continue
+        page = page_of(name)
+        contents = json.loads(re.findall(r"^const page = (.*);$", page, re.MULTILINE)[0])
+        entries = json.loads(re.findall(r"^parameters: (.*),$", page, re.MULTILINE)[0])
+        controls = [
+            (entries[i], control) for group in contents["groups"] for control in group["controls"] for i in control["indices"]
+        ]
+        # An inertia about the axis must be at least m e^2, whatever mass and eccentricity are.
+        factors = {p["path"]: 1.0 if c["whole"] else 1.2 if "inertia" in c["name"] else 1.03 for p, c in controls}
+        parameters = {p["path"]: p["value"] * factors[p["path"]] for p, _ in controls}
+        run = study_of(tmp_path, answer(tmp_path, page, "study", scenario={"parameters": parameters}))
+        expected = {p["path"]: p["value"] for p in entries if not p["path"].endswith(".switch")} | parameters
+        assert {p: run.machine.values[p] for p in expected if ".offset_" not in p} == pytest.approx(
+            {p: v for p, v in expected.items() if ".offset_" not in p}, rel=1e-12
+        )
 
 
 def test_a_link_restores_what_is_shown_bit_for_bit(tmp_path: Path) -> None:
@@ -132,32 +122,6 @@ def test_a_link_restores_what_is_shown_bit_for_bit(tmp_path: Path) -> None:
     result = answer(tmp_path, page_of("drozdetskaya-2020/r1"), "link", scenario=scenario, time=0.1 + 0.2)
     assert result["before"] == result["after"]
     assert result["strobe"]
-
-
-def test_a_link_that_cannot_be_read_is_refused_by_a_sentence(tmp_path: Path) -> None:
-    """Whatever it has in the place of a table, a list or a number."""
-    refusals = {
-        "%7B%22until": "The link is damaged", "%": "The link is damaged", "null": "its content must be a table",
-        "[null]": "its content must be a table", "3": "its content must be a table",
-        '{"parameters":{"drum.height":1}}': "this one has no drum.height", '{"parameters":null}': "parameters must be a table",
-        '{"start":{"drum.angle":null}}': "drum.angle must be a number", '{"start":[1]}': "start must be a table",
-        '{"start":{"drum.angle":1e999}}': "drum.angle must be a number", '{"until":-1}': "until must be greater than 0",
-        '{"until":"9"}': "until must be a number", '{"time":[]}': "time must be a number",
-        '{"stroboscopic":"yes"}': "stroboscopic must be true or false", '{"changes":3}': "changes must be a list",
-        '{"changes":{}}': "changes must be a list", '{"changes":[null]}': "a change must be a table",
-        '{"changes":[{}]}': "the time of a change must be a number",
-        '{"changes":[{"time":1,"state":[1]}]}': "this one has 10 states",
-        '{"changes":[{"time":1,"state":"1234567890"}]}': "the state of a change must be a list",
-        '{"changes":[{"time":1,"state":[0,0,0,0,0,0,0,0,0,"1"]}]}': "a state must be a number",
-        '{"changes":[{"time":1,"parameters":[]}]}': "parameters of a change must be a table",
-        '{"changes":[{"time":2},{"time":1}]}': "changes must be in the order of their times, from 0 on",
-        '{"changes":[{"time":-1}]}': "changes must be in the order of their times, from 0 on",
-    }  # fmt: skip
-    texts = [text if text.startswith("%") else quote(text) for text in refusals]
-    answers = answer(tmp_path, page_of("drozdetskaya-2020/r1"), "links", texts=texts)
-    for part, sentence in zip(refusals.values(), answers, strict=True):
-        assert isinstance(sentence, str) and part in sentence
-        assert sentence.endswith("The machine is shown with its file’s values.")
 
 
 def test_measured_files_are_read_with_their_units(tmp_path: Path) -> None:
@@ -179,24 +143,7 @@ def test_measured_files_are_read_with_their_units(tmp_path: Path) -> None:
     assert all(part in text for part, text in zip(parts, refusals, strict=True))
 
 
-def test_what_rounding_has_left_of_zero_is_shown_as_zero(tmp_path: Path) -> None:
-    """Below 1e-12 of the largest value of the curve; also of negative ones."""
-    values = [0, 1.44e-15, 4.99e-12, -4.99e-12, 5e-12, 5.01e-12, -5.01e-12, 2.5]
-    result = answer(tmp_path, page_of("drozdetskaya-2020/r1"), "smallNumbers", curve=[0, 2.5, -5, None, 1], values=values)
-    assert result["largest"] == 5
-    expected = ["0", "0", "0", "0", "5e−12", "5.01e−12", "−5.01e−12", "2.5"]
-    assert result["texts"] == [f"{text}\u00a0mm" for text in expected]
-
-
-@pytest.mark.parametrize("curve", [[0.0, 0.0], [None, 0.0], []])
-def test_beside_a_curve_of_zeros_no_number_is_rounding(tmp_path: Path, curve: list[float | None]) -> None:
-    result = answer(tmp_path, page_of("drozdetskaya-2020/r1"), "smallNumbers", curve=curve, values=[0, 1e-300])
-    assert result == {"largest": 0, "texts": ["0\u00a0mm", "1e−300\u00a0mm"]}
-
-
-@pytest.mark.parametrize(
-    "name", ["drozdetskaya-2020/r1", "practice/screen", "practice/angle-grinder", "sperling-rollers/table-1"]
-)
+@pytest.mark.parametrize("name", ["practice/screen", "practice/angle-grinder"])
 def test_a_slider_gives_values_that_are_allowed_and_shows_the_present_one(tmp_path: Path, name: str) -> None:
     for control in answer(tmp_path, page_of(name), "sliders"):
         assert control["refusals"] == [""] * 5, control
@@ -232,11 +179,3 @@ def test_a_course_passes_through_its_changes(tmp_path: Path) -> None:
     off = answer(tmp_path, page, "course", scenario={"until": 2, "changes": [{"time": 1, "parameters": {"drive.switch": 0}}]})
     row = machine.row(machine.rotor.coordinate.velocity)
     assert abs(off["end"][row]) < 0.8 * abs(plain["end"][row])
-
-
-@pytest.mark.slow
-def test_a_schedule_of_20000_points_is_exported_whole(tmp_path: Path) -> None:
-    """The page computes it to its end."""
-    page = page_text(str(schedule_of_20000_points(tmp_path)))
-    result = answer(tmp_path, page, "course", scenario={})
-    assert (result["ending"], result["time"][-1]) == ("end", 20)

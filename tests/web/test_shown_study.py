@@ -27,9 +27,9 @@ def written(name: str) -> str:
 
 
 @pytest.mark.parametrize(
-    "name", ["drozdetskaya-2020/r1-u1", "drozdetskaya-2020/table-5.1", "sperling-vibration/self-synchronisation-soft",
-             "practice/fan-on-inverter", "practice/screen"],
-)  # fmt: skip
+    "name",
+    ["drozdetskaya-2020/table-5.1", "practice/screen"],
+)
 def test_the_verdict_is_that_of_the_whole_study(name: str) -> None:
     """The same machine is built, and judged alike."""
     text = written(name)
@@ -43,27 +43,17 @@ def test_the_verdict_is_that_of_the_whole_study(name: str) -> None:
     [
         (MOTOR, '[machine.drive]\non = "drum"\nkind = "table"\nfile = "/etc/passwd"\n', "machine.drive.file: .*unknown key"),
         (MOTOR, MOTOR + '[machine.set]\n"drive.file" = "/etc/passwd"\n', "drive.file"),
-        (MOTOR, MOTOR + '[machine.set]\n"drive.kind" = "table"\n"drive.file" = "/etc/passwd"\n', "drive"),
         ("[machine.carrier]", '[machine.carrier]\nmotion = { direction = "x", table = "/etc/passwd" }', "table: .*unknown key"),
         ("[machine.carrier]", '[machine]\nuse = "/etc/passwd"\n[machine.carrier]', "machine.use: .*no file is read"),
-        ("[machine.carrier]", '[machine]\nuse = "practice/screen"\n[machine.carrier]', "machine.use: .*no file is read"),
         ("[study]", "[system]\n[study]", "system: .*unknown key"),
-        ("[study]", "[law]\n[study]", "law: .*unknown key"),
         ('kind = "run-up"', 'kind = "basin"', "study.kind: given 'basin'; must be 'run-up'"),
-        ('kind = "run-up"', "kind = 3", "study.kind: given 3"),
         ('kind = "run-up"', 'kind = "load-spectrum"\nsignal = { file = "/etc/passwd", column = "x" }', "study.kind"),
-        ('kind = "run-up"', 'kind = "run-up"\nfile = "x"', "study.file: .*unknown key"),
         ("start = {", "starts = [{ p1 = 0.1 }, { p1 = 0.2 }]\nunused = {", "unused|starts"),
         ('until = "0.5 s"', 'until = "0.5 s"\nalong = "drive.slope"\nvalues = [1, 2]', "study.along: .*one run is judged"),
         ('slope = "0.04 N m s"', 'slope = "-1 N m s"', "slope of the torque-speed curve of at least 0"),
-        ('slope = "0.04 N m s"', "slope = nan", "machine.drive.slope"),
-        ('slope = "0.04 N m s"', 'slope = "1 kg"', "machine.drive.slope"),
         ('until = "0.5 s"', 'until = "1e12 s"', "study.until: .*can be computed"),
         ("[study]", "[study", "not valid TOML"),
-        ("[study]", 'study = "x"\n[studies]', "study"),
-        ("[machine.carrier]", "[machine.carriage]", "carriage"),
         ('mass = "9 kg"', f"mass = {'9' * 5000}", "thousands of digits"),
-        ('p1 = "0.3 rad"', 'p9 = "0.3 rad"', "p9"),
         ('mass = "1 kg"', f"mass = {'[' * 200}{']' * 200}", "nested"),
     ],
 )
@@ -75,17 +65,10 @@ def test_what_a_page_does_not_write_is_refused(old: str, new: str, sentence: str
         shown_verdict(STUDY.replace(old, new, 1), _ignore)
 
 
-@pytest.mark.parametrize("text", ["", "x = 1", "machine = 3", "[machine]", "\0", "[study]\nkind = 'run-up'"])
+@pytest.mark.parametrize("text", ["", "machine = 3", "[study]\nkind = 'run-up'"])
 def test_texts_without_a_machine_are_refused(text: str) -> None:
     with pytest.raises(InputError):
         shown_verdict(text, _ignore)
-
-
-def test_a_dimensionless_machine_takes_no_units() -> None:
-    machine = read_study("drozdetskaya-2020/table-5.1").document["machine"]
-    assert machine["model"] == "self-balancing-rotor"
-    with pytest.raises(InputError, match=r"study\.until"):
-        shown_verdict(toml_text({"machine": machine, "study": {"until": "3 s"}}), _ignore)
 
 
 def test_a_run_can_be_stopped() -> None:
