@@ -175,6 +175,7 @@ def test_without_a_follower_the_law_alone():
     assert (s["recovered"], s["contours"], s["undercut"]) == ({}, {}, None)
     assert s["before"] == pytest.approx(share_above_order(orders(MotionOverTime(LAW, SHAFT)), 5))
     assert result.follower.equals(result.output)
+    assert wucht.draw(result).axes
 
 
 @pytest.mark.slow
@@ -201,6 +202,7 @@ def test_a_flat_face_and_a_law_that_has_no_end_of_harmonics():
     assert result.sizes["order"] == 60, "as many as a figure shows"
     assert len(s["orders_before"]) == 250, "of a law whose orders never end the most that a study shows"
     assert np.isnan(result.roller_radius).all()
+    assert wucht.draw(result).axes
 
 
 def test_a_law_without_order_1_is_measured_by_the_first_there_is():
