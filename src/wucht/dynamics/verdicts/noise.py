@@ -9,7 +9,7 @@ import numpy as np
 
 from wucht.numerics.flow.compiled_system import DEFAULT_TOLERANCE
 
-_SPEED, _ANGLE = 1.0, 10.0  # times the tolerance: measured on random machines of all drives, tests/studies/run_up/test_rest.py
+_SPEED, _ANGLE = 1.0, 10.0  # times the tolerance: measured on random machines of all drives
 _SPEED_ROUNDING, _ANGLE_ROUNDING = 1e-10, 1e-7
 
 
