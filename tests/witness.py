@@ -6,7 +6,6 @@ It shares nothing with wucht: velocities come from positions by the chain rule, 
 import numpy as np
 import sympy as sp
 from scipy.integrate import solve_ivp
-from tests.reference_integrators import runge_kutta_states
 
 from wucht.dynamics.run_ups.initial_state import initial_state
 from wucht.files.building import machine_from
@@ -91,12 +90,6 @@ def moved(document, start=None, grid=GRID):
     assert run.failure is None
     rows = dict(zip(machine.system.state_names, run.states, strict=True)) | dict(run.quadratures)
     return rows | flow.outputs(run.time, run.states, run.final_parameter_values)
-
-
-def moved_by_scipy(machine, start=None, grid=GRID, **options):
-    """Every state by SciPy from the machine's equations as they are written, by name."""
-    states = runge_kutta_states(machine.system, initial_state(machine, start or {}), machine.values, grid, **options)
-    return dict(zip(machine.system.state_names, states, strict=True))
 
 
 def energy_gap(rows):

@@ -65,6 +65,7 @@ def tried(folder: Path, attempts: Callable[[], Iterator[tuple[str, Callable[[], 
 # Results
 EVERY = 307  # of the edits
 
+
 @pytest.fixture(scope="module", params=[k if k == "run-up" else pytest.param(k, marks=pytest.mark.slow) for k in STUDIES])
 def result(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory, loaded: None) -> Path:
     """The result of a study's own template."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -28,16 +27,3 @@ def answer(folder: Path, page: str, job: str, **inputs: Any) -> Any:
     (folder / "page.html").write_text(page, encoding="utf-8")
     (folder / "job.json").write_text(json.dumps({"name": job, **inputs}), encoding="utf-8")
     return json.loads(run_in_node(JOBS, WEB, folder / "page.html", folder / "job.json"))
-
-
-def schedule_of_20000_points(folder: Path) -> Path:
-    """A study of R1 whose no-load speed follows 20,000 points in 20 s."""
-    points = [[round(0.001 * k, 3), round(100 + 10 * math.sin(0.01 * k), 4)] for k in range(20_000)]
-    file = folder / "schedule.toml"
-    file.write_text(
-        '[machine]\nuse = "drozdetskaya-2020/r1"\n[[machine.schedules]]\nparameter = "drive.no_load_speed"\n'
-        f"points = {points}\n"
-        '[study]\nkind = "run-up"\nuntil = "20 s"\nstart = { p1 = "0.3 rad", p2 = "-0.5 rad" }\n',
-        encoding="utf-8",
-    )
-    return file
