@@ -45,6 +45,7 @@ def test_commands_and_all_names(here: Path) -> None:
     assert catalogue | {"run-up", "pendulum"} < {*answers("wucht list ")}
 
 
+@pytest.mark.slow
 def test_files_and_the_machine_that_they_use(study: Study) -> None:
     study(name="drum.toml")
     Path("results").mkdir()
@@ -77,6 +78,7 @@ complete -p wucht
 """
 
 
+@pytest.mark.slow
 def test_in_bash(study: Study) -> None:
     """Words that Readline splits at "=" are completed, blanks in names escaped; none follows KEY= or folder/."""
     study(name="my drum.toml")

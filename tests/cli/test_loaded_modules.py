@@ -66,7 +66,7 @@ def test_a_warm_run_loads_no_library_that_it_does_not_use(study: Study) -> None:
     assert modules & UNUSED_MODULES == set()
 
 
-@pytest.mark.parametrize("command", ["plot", "report", "export"])
+@pytest.mark.parametrize("command", ["plot", *(pytest.param(name, marks=pytest.mark.slow) for name in ("report", "export"))])
 def test_what_shows_a_result_loads_neither_dask_nor_heyoka(command: str, study: Study) -> None:
     _loaded_modules("run", study(), "-o", "out")
     words = ["out", "--csv"] if command == "export" else ["out"]

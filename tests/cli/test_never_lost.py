@@ -54,6 +54,7 @@ def outside(*words: str, **options: Any) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=False, timeout=120, **options)
 
 
+@pytest.mark.slow
 def test_a_figure_and_a_report_that_fail_are_warnings(here: Path) -> None:
     """Of a study in a user's file. What they would have shown is in the files, and a study without the fault adds them."""
     module = own_study(FIGURE, REPORT)
@@ -88,8 +89,9 @@ def test_a_figure_and_a_report_that_fail_are_warnings(here: Path) -> None:
     assert Path("out/poles.png").is_file()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGKILL, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 def test_a_process_that_ends_while_it_draws_has_its_result(here: Path, number: int) -> None:
     """The first Ctrl-C is kept for the next report of progress, the second ends the process at once; a kill cannot wait."""
     kill = f"import os; [os.kill(os.getpid(), {int(number)}) for _ in range(2)]; return self.unused_draw(result)"

@@ -28,6 +28,7 @@ def _next(out: str) -> list[str]:
     return shlex.split(line.removeprefix("next: "), comments=True)[1:]
 
 
+@pytest.mark.slow
 def test_every_proposed_question_is_accepted_for_a_file_of_its_study(here: Path) -> None:
     """Whatever the outcome was: with the machine and the keys of the file the next study prepares its plan."""
     file = here / "study.toml"

@@ -132,6 +132,7 @@ def test_nothing_is_loaded_from_elsewhere(wucht: Command, here: Path, results: P
     assert [u for u in re.findall(r"url\(([^)]*)\)", text) if not u.startswith("#")] == []
 
 
+@pytest.mark.slow
 def test_the_same_results_give_the_same_bytes(
     wucht: Command, here: Path, results: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -124,6 +124,7 @@ def _without(result: xr.Dataset, name: str) -> xr.Dataset:
     return result
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("unpainted")
 def test_an_edited_result_ends_in_one_sentence(edited: Callable[..., None], wucht: Command) -> None:
     for number, (what, (sentence, change)) in enumerate(EDITS.items()):

@@ -86,6 +86,7 @@ NOTHING = "there is no result yet, and nothing to continue"
 PARTIAL = {"result.partial.nc", "poles.partial.png", "summary.partial.json", "units"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", QUESTIONS)
 def test_stopped_twice_it_lies_beside_and_is_continued(tmp_path: Path, kind: str) -> None:
     """Single runs, sweeps and maps: in the end it is the uninterrupted one, to the last bit."""

@@ -129,6 +129,7 @@ def test_edited_results(result: Path, tmp_path: Path) -> None:
     assert counts["sentence"] > 0
 
 
+@pytest.mark.slow
 def test_crafted_attributes(result: Path, tmp_path: Path) -> None:
     """Every command writes what it is for, or ends in one sentence: also where the checksums are those of what was crafted."""
     from wucht.results.output_folder import load_result

@@ -207,6 +207,7 @@ print(wucht.run(Threads(), machine).wucht.summary["threads"], threads())
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("given", "expected"), [({}, "[1] [3]"), ({"OMP_NUM_THREADS": "2"}, "[3] [3]")])
 def test_a_run_from_python_has_one_thread_as_well(given: dict[str, str], expected: str) -> None:
     """Unless the user sets another number; after it, and after a run within it, all is as before."""

@@ -94,6 +94,7 @@ def signed(path: Path, content: bytes, owner: Path) -> bytes:
     return hmac.digest(key, name.encode() + b"\0" + content, "sha256") + content
 
 
+@pytest.mark.slow
 def test_a_whole_cache_folder_of_somebody_else(here: Path, owner: Path, crafted: bytes, expected: xr.Dataset) -> None:
     """Unpacked from an archive: every entry of it, and the files of Pint beside them, would run a program."""
     me, target = here / "me", here / "written"

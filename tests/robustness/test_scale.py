@@ -113,6 +113,7 @@ def test_a_title_of_megabytes(tmp_path: Path, megabytes: int, reason: str) -> No
     assert ended.code == 2 and len(ended.sentence) < 300 and reason in ended.sentence, ended.err
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="devices of POSIX")
 @pytest.mark.parametrize("role", ROLES)
 def test_links_to_what_has_no_end(tmp_path: Path, role: str) -> None:
@@ -136,6 +137,7 @@ def test_links_to_what_has_no_end(tmp_path: Path, role: str) -> None:
         assert "Traceback" not in ended.err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["result.nc", "summary.json", "summary.partial.json", "run-up.png"])
 def test_a_run_replaces_a_pipe_in_its_folder_and_does_not_wait(tmp_path: Path, name: str) -> None:
     children.load_everything()

@@ -71,6 +71,7 @@ def test_orbits_of_a_deck_that_pitches_are_those_of_python(tmp_path: Path, name:
         assert np.abs(left - right).max() > 0.1 * size_of(centre)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "until"),
     [("practice/screen", 1.0), ("practice/screen-loaded", 1.0)],

@@ -31,6 +31,7 @@ def children(pid: int) -> list[int]:
     return [int(word) for word in done.stdout.split()]
 
 
+@pytest.mark.slow
 @needs_page
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are looked at by a program of Linux")
 def test_the_command_serves_and_ends_with_ctrl_c(tmp_path: Path) -> None:

@@ -100,6 +100,7 @@ def test_what_does_not_notice_the_end_of_its_time_is_killed(tmp_path: Path, monk
     workers.close()
 
 
+@pytest.mark.slow
 @needs_page
 def test_a_heavy_page_does_not_hold_up_a_light_one_or_a_verdict(tmp_path: Path) -> None:
     """There are as many at a time as processes: one more is refused, once it has waited."""

@@ -38,7 +38,7 @@ def below_plane(at: np.ndarray, share: float) -> np.ndarray:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("region", "dimensions"), [(in_disc, 2), pytest.param(below_plane, 4, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("region", "dimensions"), [(in_disc, 2), (below_plane, 4)])
 def test_they_hold_as_often_as_they_say(region: object, dimensions: int) -> None:
     """In the middle they are far narrower than those of independent points; never are they much wider."""
     at = scrambled(dimensions)

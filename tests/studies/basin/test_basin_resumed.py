@@ -34,6 +34,7 @@ def whole() -> xr.Dataset:
     return run(QUESTION, rail())
 
 
+@pytest.mark.slow
 def test_resumed_is_uninterrupted(tmp_path: Path) -> None:
     """Stopped in each unit of both levels: what is not computed is missing, what is complete is not run again."""
 

@@ -40,7 +40,14 @@ def whole() -> tuple[xr.Dataset, list[str]]:
     return run(Entrainment.from_table(QUESTION), machine(), progress=listening(words)), words
 
 
-@pytest.mark.parametrize(("call", "during"), [(100, RUN), (3, "averaged equations"), (8, "locked motions")])
+@pytest.mark.parametrize(
+    ("call", "during"),
+    [
+        pytest.param(100, RUN, marks=pytest.mark.slow),
+        (3, "averaged equations"),
+        pytest.param(8, "locked motions", marks=pytest.mark.slow),
+    ],
+)
 def test_resumed_it_is_the_uninterrupted_one(call: int, during: str, tmp_path: Path) -> None:
     """What was done is not done again: of the runs, only the one in which it was stopped."""
     question, before, after = Entrainment.from_table(QUESTION), list[str](), list[str]()

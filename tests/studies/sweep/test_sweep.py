@@ -201,6 +201,7 @@ def there_and_back() -> tuple[Sweep, xr.Dataset, int]:
     return question, result, len(calls)
 
 
+@pytest.mark.slow
 def test_broken_off_again_and_again(tmp_path: Path) -> None:
     """Also within the search for jumps, which is then begun again and must leave no trace; another rate is not resumed."""
     question, whole, calls = there_and_back()

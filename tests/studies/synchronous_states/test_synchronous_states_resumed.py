@@ -16,9 +16,8 @@ AXES = {"speed": (20.0, 130.0, 100), "ratio": (0.2, 3.2, 81)}  # three units of 
 QUESTION = SynchronousStates(axes=AXES)
 
 
-@pytest.mark.parametrize(
-    "unbalances", [(0.012, 0.008), pytest.param((0.006, 0.006, 0.006), marks=pytest.mark.slow)], ids=["pair", "family"]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("unbalances", [(0.012, 0.008), (0.006, 0.006, 0.006)], ids=["pair", "family"])
 def test_resumed_is_uninterrupted(unbalances: tuple[float, ...], tmp_path: Path) -> None:
     """Stopped again and again; states that were found are not searched again. What is not known yet says so."""
     m, reports = machine(*unbalances, drive=MOTOR), list[tuple[float, str]]()
