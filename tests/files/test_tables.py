@@ -35,6 +35,7 @@ def written(tmp_path):
         "# measured on Monday\nspeed, torque\n0, 5 # standstill\n\n100, 8\n150, 0\n",
         "\ufeffspeed;torque\n0;5\n100;8\n150;0\n",
         "w[rad/s] M[N m]\n0 5\n100 8\n150 0\n",
+        "0,0\t5,0\n1e2\t8,0\n150,0\t0\n",
         "speed [rad/s]; torque [Nm];\n0;5;\n100;8;\n150;0;\n",
         "\ufeffDrehzahl in U/min; Moment in Nm\r\n0,0;5\r\n954,9296585513721;8\r\n1432,3944878270580;0\r\n",
     ],

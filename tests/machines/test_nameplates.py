@@ -247,3 +247,13 @@ def test_what_contradicts_itself_is_told():
     doubts = Induction(nameplate=CAGE | {"current": "5 A"}).doubts()
     assert any("input power by current 2806 W for 4619 W (-39 %)" in d for d in doubts)
     assert any("the leakage alone draws more" in d for d in Induction(nameplate=CAGE | {"power_factor": 0.995}).doubts())
+
+
+@pytest.mark.parametrize("frequency", [20.0, 60.0])
+@pytest.mark.parametrize("magnetising", [26.13, None])
+def test_circuit_and_part_agree_where_the_bars_displace_the_current(frequency, magnetising):
+    c = EquivalentCircuit(127.0, 2 * math.pi * 30, 0.435, 0.816, 0.754, 0.6, magnetising or math.inf)
+    part = with_circuit(c, standstill_resistance=2.0, frequency=frequency, rated_frequency=60)
+    there, field = part.circuit_at(127.0, frequency), math.pi * frequency
+    assert [part.torque_at(field * (1 - s)) for s in SLIPS] == pytest.approx([there.torque(s) for s in SLIPS], rel=1e-10)
+    assert part.breakdown()[2] == pytest.approx(part.torque_at(part.breakdown()[1]), rel=1e-9)

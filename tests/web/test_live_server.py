@@ -255,3 +255,40 @@ def test_a_page_whose_verdict_takes_too_long_comes_without_one(folder: Path) -> 
 
 def test_bytes_that_are_no_text_are_refused(client: TestClient) -> None:
     assert client.post("/verdict", content=b"\xff\xfe", headers=PAGE).status_code == 422
+
+
+def test_files_below_a_folder(folder: Path) -> None:
+    from wucht.web.live_server import file_below
+
+    root = folder.resolve()
+    assert file_below(root, "inside/drum two.toml") == root / "inside" / "drum two.toml"
+    for name in (
+        "link.toml",
+        "linked/secret.toml",
+        "../x.toml",
+        "inside/../drum.toml",
+        "inside",
+        "",
+        "drum",
+        "\0",
+        "c:\\x.toml",
+    ):
+        assert file_below(root, name) is None
+
+
+def test_every_answer_lets_a_page_load_nothing_and_ask_only_this_server(client: TestClient) -> None:
+    for answer in (client.get("/"), client.get("/nothing"), client.post("/verdict"), client.get("/", headers={"host": "x"})):
+        policy = answer.headers["content-security-policy"]
+        assert policy.startswith("default-src 'none'")
+        assert "connect-src 'self'" in policy
+        assert "frame-ancestors 'none'" in policy
+        assert answer.headers["x-content-type-options"] == "nosniff"
+        assert not [name for name in answer.headers if name.startswith("access-control")]
+        assert "server" not in answer.headers
+
+
+def test_this_computer_has_two_names(client: TestClient) -> None:
+    name = f"localhost:{PORT}"
+    answer = client.post("/verdict", headers={"host": name, "origin": f"http://{name}"}, content="x")
+    assert answer.status_code == 200
+    assert client.post("/verdict", headers={"host": name, "origin": ORIGIN}, content="x").status_code == 403

@@ -167,6 +167,13 @@ def test_a_key_of_a_page_is_good_once_and_for_the_browser_alone(app: RunningApp,
     assert SECRET not in app.ask(f"/machine/private.toml?key={key}", cookie).text
 
 
+def test_a_cookie_of_another_port_with_this_name_locks_nobody_out(app: RunningApp, user: dict[str, str]) -> None:
+    """A server at another port can set it, also for a longer path, which a browser sends first."""
+    name = user["cookie"].partition("=")[0]
+    assert SECRET in app.ask("/", user | {"cookie": f"{name}=x; {user['cookie']}; {name}=y"}).text
+    assert name == f"wucht-{app.port}"
+
+
 class Collector(BaseHTTPRequestHandler):
     """A server of another account, which keeps the cookies that it is sent."""
 
@@ -219,10 +226,7 @@ def test_a_server_at_another_port_gets_the_cookie_which_is_not_enough(folder: Pa
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no such signals")
 @pytest.mark.parametrize(
-    "number",
-    [
-        "SIGTERM",
-    ],
+    "number", [pytest.param("SIGINT", marks=pytest.mark.slow), "SIGTERM", pytest.param("SIGHUP", marks=pytest.mark.slow)]
 )
 def test_at_the_end_the_file_is_removed_though_nobody_used_it(folder: Path, number: str) -> None:
     if signal.getsignal(getattr(signal, number)) is signal.SIG_IGN:
@@ -266,6 +270,26 @@ def unfinished(port: int, lines: Sequence[str]) -> None:
         time.sleep(0.1)
 
 
+@pytest.mark.slow
+def test_unfinished_posts_end_without_a_word(folder: Path) -> None:
+    """Those of the user's pages, and those of others; one that is still open does not hold up the end."""
+    with running_app(folder, "private.toml") as app:
+        user = [f"{name}: {value}" for name, value in app.user_headers().items()]
+        own = ["POST /verdict HTTP/1.1", f"Host: 127.0.0.1:{app.port}", f"Origin: {app.address.rstrip('/')}"]
+        for headers in (user, []):
+            for length in ("Content-Length: 1000", "Transfer-Encoding: chunked"):
+                unfinished(app.port, [*own, *headers, length, "", "5"])
+        with socket.create_connection(("127.0.0.1", app.port)) as connection:
+            connection.sendall("\r\n".join([*own, *user, "Content-Length: 1000", "", "[machine]"]).encode())
+            time.sleep(0.3)
+            begin = time.monotonic()
+            app.process.send_signal(signal.SIGTERM if sys.platform == "win32" else signal.SIGINT)
+            err = app.process.communicate(timeout=20)[1]
+        assert time.monotonic() - begin < 10
+    assert "Traceback" not in err
+    assert len(err.splitlines()) <= 1, err
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="the limit of another process can be set on Linux alone")
 def test_what_strangers_send_neither_fills_the_log_nor_ends_the_server(folder: Path) -> None:
     """What is no request, and more connections than the process may have."""
@@ -293,15 +317,28 @@ def test_what_strangers_send_neither_fills_the_log_nor_ends_the_server(folder: P
     assert "uvicorn" not in err
 
 
-def test_a_key_of_thousands_of_parts_is_refused_at_once(app: RunningApp, user: dict[str, str]) -> None:
+@pytest.mark.slow
+def test_a_post_that_does_not_end_is_answered_all_the_same(app: RunningApp, user: dict[str, str]) -> None:
+    from wucht.web.live_server import SENDING_S
+
+    headers = [f"{name}: {value}" for name, value in user.items()]
+    own = ["POST /verdict HTTP/1.1", f"Host: 127.0.0.1:{app.port}", f"Origin: {app.address.rstrip('/')}"]
+    with socket.create_connection(("127.0.0.1", app.port), timeout=SENDING_S + 10) as connection:
+        connection.sendall("\r\n".join([*own, *headers, "Content-Length: 1000", "", "[machine]"]).encode())
+        begin = time.monotonic()
+        assert connection.recv(1000).startswith(b"HTTP/1.1 408 ")
+    assert time.monotonic() - begin == pytest.approx(SENDING_S, abs=2.0)
+
+
+@pytest.mark.parametrize("key", ["a." * 20_000 + "a", '"a" . ' * 10_000 + "a"], ids=["words", "texts"])
+def test_a_key_of_thousands_of_parts_is_refused_at_once(app: RunningApp, user: dict[str, str], key: str) -> None:
     """Its parts make as many tables; the reader of TOML takes the square of their number: 10 s for the first."""
     app.ask("/verdict", user, STUDY.encode())  # the process has begun
-    key = "a." * 20_000 + "a"
     for text in (f"{key} = 1\n", f"[{key}]\n", f"x = {{ {key} = 1 }}\n"):
         begin = time.monotonic()
         answer = json.loads(app.ask("/verdict", user, text.encode()).text)
         assert time.monotonic() - begin < 0.5
-        assert answer["error"].endswith("a: at most 40 tables and lists may be nested (at line 1)")
+        assert answer["error"].endswith("a: at most 40 tables and lists may be nested (at line 1)") or '"a"' in answer["error"]
 
 
 FIRST_PAGE = """
@@ -317,7 +354,7 @@ console.log(JSON.stringify(led));
 """
 
 
-@pytest.mark.parametrize("path", ["/machine/private.toml", "//127.0.0.1:9/steal", "/\\127.0.0.1:9/steal"])
+@pytest.mark.parametrize("path", ["/machine/private.toml", "//127.0.0.1:9/steal", "/\\127.0.0.1:9/steal", "///a@b/", "//"])
 def test_the_key_of_a_page_is_led_to_this_server_alone(path: str) -> None:
     """Whatever the path of a link from elsewhere: as an address, `//HOST/` is another server's, which has the cookie."""
     module = Path(wucht.__file__).parent / "web" / "first_page.ts"

@@ -191,3 +191,15 @@ def test_no_turn_yet():
         assert len(blocks) == 0
         assert blocks.turns == 0
     assert TurnRecord(2).last(1.0).phases.shape == (2, 0)
+
+
+@pytest.mark.parametrize("body", [0, 1, 2])
+def test_moments_follow_their_bodies(body):
+    moments = np.arange(3.0)[:, None] * np.ones(5)
+    t = np.arange(5.0)
+    samples = replace(Samples.of(t, *((k * t, np.full(5, float(k))) for k in range(3))), moments=moments)
+    led = samples.relative_to(body)
+    assert led.moments[:, 0].tolist() == led.speeds[:, 0].tolist() == [body, *(k for k in range(3) if k != body)]
+    assert samples.only_body(body).moments.tolist() == [[body] * 5]
+    assert samples.with_reference(t, np.ones(5)).moments[:, 0].tolist() == [0, 0, 1, 2]
+    assert samples.part(slice(2, None)).with_previous(samples.part(slice(0, 3))).moments.shape == (3, 5)
