@@ -20,7 +20,7 @@ from wucht.dynamics.branches.orbit_diagram import (
 )
 from wucht.dynamics.work import Work
 from wucht.errors import RunError
-from wucht.numerics.periodic.branch_ends import significant_value
+from wucht.numerics.periodic.branch_ends import CLOSED_BRANCH, RANGE, significant_value
 from wucht.system import System
 
 X, Y, P, S = sp.symbols("x y p s", real=True)
@@ -97,6 +97,38 @@ def test_a_branch_of_twice_the_period() -> None:
     once, twice = (o for _, o in findings.orbits if not o.kind)
     assert (once.period, twice.period) == pytest.approx((2 * np.pi, 4 * np.pi))
     assert twice.exponents.real == pytest.approx([-0.4, -2.0, -2.2], abs=1e-5)
+
+
+def stable_ranges(stable: list[int], special: str = "", closed: bool = False, backward: bool = True, last: float = 6.0) -> Any:
+    """Of a branch over 3, 1, 2, 5, 4, which ends at 0.5 before its first orbit and at ``last`` behind its last."""
+    (known,) = followed().branches
+    values, unstable, special = np.array([3.0, 1.0, 2.0, 5.0, 4.0]), 1 - np.array(stable), special or "0" * len(stable)
+    kinds = tuple("torus" if mark == "1" else "" for mark in special)
+    end = replace(known.ends[-1], parameter=last, kind=CLOSED_BRANCH if closed else RANGE)
+    ends = (replace(end, parameter=0.5), end) if backward else (end,)
+    return replace(known, values=values, unstable=unstable, kinds=kinds, ends=ends).stable_ranges
+
+
+def test_ranges_of_stable_orbits_go_to_the_ends_of_the_branch() -> None:
+    assert stable_ranges([1, 1, 0, 1, 1]) == [(0.5, 3.0), (4.0, 6.0)]
+    assert stable_ranges([0, 1, 1, 1, 0]) == [(1.0, 5.0)]
+    assert stable_ranges([1, 0, 0, 0, 0], backward=False) == [(3.0, 3.0)]
+    assert stable_ranges([0, 0, 0, 0, 0]) == []
+
+
+def test_ranges_of_stable_orbits_reach_to_special_orbits() -> None:
+    assert stable_ranges([0, 0, 1, 0, 0], "01010") == [(1.0, 5.0)], "with the special orbits at its ends"
+    assert stable_ranges([0, 0, 0, 1, 0], "01000") == [(5.0, 5.0)], "a special orbit alone is none"
+    assert stable_ranges([0, 1, 0, 0, 0], "01000") == []
+
+
+def test_a_closed_branch_is_stable_on_either_side_of_its_first_orbit() -> None:
+    """The larger of both sides, whichever it is."""
+    closed: dict[str, Any] = {"closed": True, "backward": False}
+    assert stable_ranges([1, 1, 0, 1, 1], **closed) == [(1.0, 6.0)]
+    assert stable_ranges([1, 1, 0, 1, 1], **closed, last=0.25) == [(0.25, 5.0)]
+    assert stable_ranges([1, 0, 1, 1, 0], **closed) == [(3.0, 3.0), (2.0, 5.0)]
+    assert stable_ranges([0, 1, 0, 1, 1], **closed) == [(1.0, 1.0), (4.0, 6.0)]
 
 
 def test_a_rounding_error_is_no_value_of_the_parameter() -> None:
