@@ -42,7 +42,11 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("wheel")
     if _pip(sys.executable, "download", "--no-deps", "--dest", folder / "tried", "lazy-loader"):
         pytest.skip("pip reaches no registry")
-    assert _pip(sys.executable, "wheel", "--no-deps", "--wheel-dir", folder, ROOT) == ""
+    sources = folder / "sources"  # building replaces the page, which other tests show meanwhile
+    shutil.copytree(ROOT / "src", sources / "src", ignore=shutil.ignore_patterns("__pycache__", "built"))
+    for name in ("pyproject.toml", "hatch_build.py", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, sources)
+    assert _pip(sys.executable, "wheel", "--no-deps", "--wheel-dir", folder, sources) == ""
     (built,) = folder.glob("wucht-*.whl")
     return built
 
