@@ -141,11 +141,7 @@ CIRCUIT = {
     "on": "m", "voltage": 230.0, "frequency": 50.0, "pole_pairs": 2, "stator_resistance": 0.5, "rotor_resistance": 0.4,
     "stator_reactance": 1.1, "rotor_reactance": 1.2,
 }  # fmt: skip
-SEPARATELY = {"on": "m", "voltage": 200, "armature_resistance": 2, "motor_constant": 1.5, "flux": "0.8 V s"}
-WINDING = {
-    "on": "m", "voltage": 200, "armature_resistance": 2, "field_resistance": 3, "field_inductance": "0.1 H",
-    "motor_constant": 1.5,
-}  # fmt: skip
+WINDING = WOUND | {"field_resistance": 3}
 
 
 def part(kind, table):
@@ -173,7 +169,7 @@ def test_an_induction_motor_takes_the_active_power_of_its_circuit(further, slip,
 @pytest.mark.parametrize("speed", [0.0, 60.0, 150.0, 200.0])
 def test_direct_current_motors_take_voltage_times_current(speed):
     current = (200 - 1.5 * 0.8 * speed) / 2
-    assert supplied_power(part("dc-separate", SEPARATELY), speed) == pytest.approx(200 * current, rel=1e-12)
+    assert supplied_power(part("dc-separate", SEPARATE), speed) == pytest.approx(200 * current, rel=1e-12)
     constant = 1.5 * 0.1
     series = 200 / (5 + constant * speed)
     assert supplied_power(part("dc-series", WINDING), speed) == pytest.approx(200 * series, rel=1e-12)
