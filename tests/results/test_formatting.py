@@ -109,6 +109,7 @@ def test_a_data_sheet_has_units_in_print(value: float, unit: str, printed: str) 
     assert engineering_text(value, unit) == printed
 
 
+@pytest.mark.slow
 def test_a_report_and_a_figure_are_printed_in_these_units() -> None:
     """Whatever a study writes: the torques of working points, a parameter of another unit than its own."""
     result = run(TorqueBalance(), load_machine("practice/fan-on-belt"))

@@ -98,6 +98,7 @@ def islands() -> Any:
     return run(asked, own(ISLANDS))
 
 
+@pytest.mark.slow
 def test_each_orbit_has_the_number_of_its_branch() -> None:
     made = islands()
     assert made.wucht.sentence.endswith("; both ends are a Hopf point; 2 more branches")
@@ -162,6 +163,7 @@ def test_the_law_of_a_saddle_connection_has_the_rate_of_the_saddle() -> None:
     assert np.isnan(made.end_residual.values[0]).all()
 
 
+@pytest.mark.slow
 def test_orbits_of_a_rotor() -> None:
     """002, table 5.1 at u = 3, both pendulums together: period, speeds, exponent, also over the angle of the rotor."""
     asked = OrbitBranch(along="u", range=(2.9, 3.1), at=3.0, values=(3.0,), together=True)

@@ -139,6 +139,7 @@ def test_a_schedule_changes_the_breakdown() -> None:
     assert summary(m.at(0.5))["breakdown"]["torque"] == pytest.approx(whole["torque"])
 
 
+@pytest.mark.slow
 def test_a_series_motor_without_load_runs_away() -> None:
     """002 (2.105)."""
     bodies = [ROTOR | {"bearing_damping": 0.0}]
