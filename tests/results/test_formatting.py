@@ -13,6 +13,7 @@ from wucht.results.formatting import (
     engineering_text,
     number_text,
     percent,
+    round_numbers,
     units_in_print,
     with_unit,
 )
@@ -139,6 +140,19 @@ def test_a_report_and_a_figure_are_printed_in_these_units() -> None:
     assert "torque (N·m)" in words
     assert not any("N m" in text for text in words)
     assert result.wucht.quantities["working_points"]["parts"]["torque"]["unit"] == "N m", "data keep their units"
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("-13.766 rad/s, 12345.678 rpm", "-13.77 rad/s, 12350 rpm"),
+        ("1.234567e-05 m and 0.000123456 m", "1.235e-05 m and 0.0001235 m"),
+        ("9.99996 s", "10.00 s"),
+        ("25000 turns, 0.0195 N m s, version 1.23456.7, u = 2.5.", "25000 turns, 0.0195 N m s, version 1.23456.7, u = 2.5."),
+    ],
+)
+def test_numbers_of_a_sentence_have_four_digits(text: str, expected: str) -> None:
+    assert round_numbers(text) == expected
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 _FEW = 10  # rpm: lower speeds with decimals
 _DIGITS = re.compile(r"\.(\d+)g")
-_LARGE = 1e7  # numbers from it on have an exponent
+_SEPARATED, _LARGE = 1e4, 1e7  # numbers from the first on have separators of thousands, from the second on an exponent
 _SPEED = re.compile(r"(-?[\d.]+(?:e[+-]\d+)?) rad/s \((-?[\d.]+(?:e[+-]\d+)?) rpm\)")
 _SYMBOLS = {"time": "$\\tau$", "speed": "$\\omega$"}  # of a dimensionless machine
 
@@ -40,7 +40,7 @@ def number_text(value: Any, unit: str, form: str = "", dimensionless: bool = Fal
 def plain_number(value: float, digits: int = 4) -> str:
     """A number to significant digits, without an exponent where people write none: ``37,480`` for 37479.6."""
     rounded = float(f"{value:.{digits}g}")
-    return f"{rounded:,.0f}" if 10**digits <= abs(rounded) < _LARGE else f"{value:.{digits}g}"
+    return f"{rounded:,.12g}" if _SEPARATED <= abs(rounded) < _LARGE else f"{value:.{digits}g}"
 
 
 def rpm_first(text: str) -> str:
@@ -54,6 +54,23 @@ def percent(share: float, off: float = 0.0) -> str:
         return f"{100 * share:.4g} %"
     decimals = min(max(1 - math.floor(math.log10(100 * off)), 0), 6)
     return f"{100 * share:.{decimals}f} % ± {100 * off:.{decimals}f} %"
+
+
+def round_numbers(text: str, digits: int = 4) -> str:
+    """A text whose decimal numbers are rounded to significant digits: ``7.3071 s`` becomes ``7.307 s``.
+
+    Numbers with fewer digits, and those without a decimal point, remain as they are.
+    """
+
+    def rounded(number: re.Match[str]) -> str:
+        mantissa, exponent = number[1], number[2] or ""
+        if len(mantissa.replace(".", "").lstrip("0")) <= digits:
+            return number[0]
+        value = float(f"{float(mantissa):.{digits}g}")
+        decimals = digits - 1 - math.floor(math.log10(value))
+        return f"{value:.{max(decimals, 0)}f}{exponent}"
+
+    return re.sub(r"(?<![\w.])(\d+\.\d+)(e[+-]?\d+)?(?![\w.]*\d)", rounded, text)
 
 
 def band_in_words(band: Sequence[float | None], unit: str, prefix: str = "", digits: int = 6) -> str:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from wucht.file_names import printable
-from wucht.results.formatting import number_text, rpm_first, units_in_print
+from wucht.results.formatting import number_text, round_numbers, rpm_first, units_in_print
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,7 +60,7 @@ def report_of(result: xr.Dataset) -> list[str]:
         what = "a line that is" if len(faults) == 1 else f"{len(faults)} lines that are"
         lines.append(_column_line("note", f"{what} left out cannot be read: {faults[0]}"))
     verdict = (report or {}).get("verdict")
-    verdict_lines = [] if verdict == "" else [f"{_VERDICT}{verdict or result.wucht.sentence}"]
+    verdict_lines = [] if verdict == "" else [f"{_VERDICT}{answer_in_print(result)}"]
     return [result.wucht.title, *verdict_lines, *lines]
 
 
@@ -78,7 +78,7 @@ def text_in_print(text: str, result: xr.Dataset) -> str:
 
 def answer_in_print(result: xr.Dataset) -> str:
     """Return the answer in one sentence, the same in the report, in the figure and on every page."""
-    return text_in_print((result.wucht.stored_report or {}).get("verdict") or result.wucht.sentence, result)
+    return text_in_print(round_numbers((result.wucht.stored_report or {}).get("verdict") or result.wucht.sentence), result)
 
 
 def first_lines(lines: Sequence[str]) -> list[str]:
