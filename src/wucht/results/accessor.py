@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from wucht.errors import InputError, WuchtError
 from wucht.results.attributes import read_attributes
 from wucht.results.result_tables import NUMBERS, result_table, table_frame, table_names
+from wucht.schema.units import is_in_rpm
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,6 +56,8 @@ class ResultAccessor:
         True if the study reached its end.
     dimensionless : bool
         True if the numbers have no units.
+    speaks_rpm : bool
+        True if speeds in the study file are in revolutions per minute: texts then begin with these.
     created : datetime or None
         When it was computed. This, ``versions`` and ``document`` are None where they are missing or cannot be read.
     versions : dict or None
@@ -95,6 +98,7 @@ class ResultAccessor:
         self.finished, self.dimensionless = attributes.is_finished, attributes.is_dimensionless
         self.created, self.versions, self.document = attributes.creation, attributes.versions, attributes.document
         self.stored_report, self.faults = attributes.report, attributes.faults
+        self.speaks_rpm = _has_rpm(self.document)
 
     def unit_at(self, path: str) -> str:
         """The unit of a number of the summary by its path, such as ``working_points[0].speed``.
@@ -200,6 +204,12 @@ class ResultAccessor:
         notes = "".join(f"<li>{escape(w)}</li>" for w in (*self.notes, *self.warnings))
         heading = f"{escape(self.study)} of {escape(str(self.title))}"
         return f"<b>{heading}</b><p>{escape(self.sentence)}</p><table>{rows}</table><ul>{notes}</ul>"
+
+
+def _has_rpm(entry: Any) -> bool:
+    if isinstance(entry, dict):
+        return any(map(_has_rpm, entry.values()))
+    return any(map(_has_rpm, entry)) if isinstance(entry, list) else isinstance(entry, str) and is_in_rpm(entry)
 
 
 @cache

@@ -19,6 +19,7 @@ from wucht.plots.scales import travel_unit, turn_scale
 from wucht.plots.sheet import labelled_handles, legend_below, new_grid
 from wucht.plots.style import COLOURS, GREY
 from wucht.results.formatting import number_text, with_unit
+from wucht.results.report import answer_in_print
 from wucht.studies.answer import Answer
 from wucht.studies.cam_answers import state_law
 from wucht.studies.key_types import Whole
@@ -74,7 +75,7 @@ class CamLaw(Study):
 
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw four panels over the cam angle, and the orders of motion and acceleration."""
-        fig, axes = new_grid(6, result.attrs["title"], result.attrs["sentence"])
+        fig, axes = new_grid(6, result.attrs["title"], answer_in_print(result))
         for order, axis in enumerate(axes[:4]):
             _draw_derivative(axis, result, order)
         _draw_spectrum(axes[4], result, 0, "position")

@@ -24,6 +24,7 @@ from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, GREY, line_style, mark_levels
 from wucht.plots.time_courses import RANGE, TurnWindows, draw_greatest
 from wucht.results.formatting import abscissa_label
+from wucht.results.report import answer_in_print
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
 from wucht.studies.from_rest_variables import FROM_REST_WORDS, state_ends_from_rest
@@ -112,7 +113,7 @@ class CoastDown(Study):
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw the speed, and the amplitude if the carrier moves."""
         moves = bool(np.nanmax(result.amplitude.values, initial=0.0) > 0)
-        fig, axes = new_figure(1 + moves, result.attrs["title"], result.attrs["sentence"], 2.0)
+        fig, axes = new_figure(1 + moves, result.attrs["title"], answer_in_print(result), 2.0)
         start = f"from {result.configuration_name.values[0]}" if "run_speed" in result else ""
         windows = TurnWindows.of(result.time.values, result.angle.values, float(result.time[-1]))
         _speed(axes[0], result, windows, start)

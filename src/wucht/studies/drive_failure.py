@@ -21,7 +21,7 @@ from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.plots.scales import name_speeds, printed_values
 from wucht.plots.several_runs import draw_runs
-from wucht.plots.sheet import draw_panels, leading_clauses, legend_beside
+from wucht.plots.sheet import draw_panels, legend_beside
 from wucht.plots.style import BAR_STYLES, COLOURS, line_style
 from wucht.results.formatting import abscissa_label, label
 from wucht.schema import SI, Composite, composite, si
@@ -130,7 +130,7 @@ class DriveFailure(Study):
         count = min(result.sizes["case"], _MOST_CASES)
         panels: list[Callable[[Axes, Any], None]] = [partial(_speeds, k) for k in range(count)]
         fig, axes = draw_panels(
-            result, [*panels, _amplitudes, _torques], legend_beside, subtitle=leading_clauses(result.attrs["sentence"]),
+            result, [*panels, _amplitudes, _torques], legend_beside,
             columns=1, heights=1.5,
         )  # fmt: skip
         for axis in axes[1:-1]:
@@ -247,7 +247,7 @@ def _state_text(state: RunningState, amplitude: str) -> str:
         direction = state.throw.numbers["throw_direction"]
         throw = f"throw {{throw}}{'' if direction is None else f' at {math.degrees(direction):.1f}°'}"
     if state.phases is not None:
-        angles = (f"{name} {math.degrees(math.remainder(x, 2 * math.pi)):.4g}°" for name, x in state.phases.items())
+        angles = (f"{name} {math.degrees(x) % 360:.4g}°" for name, x in state.phases.items())
         phases = f", phase {', '.join(angles)}"
     return f"{speed}{f'{throw}{phases}, ' if throw else ''}amplitude {amplitude}"
 

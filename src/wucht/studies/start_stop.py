@@ -25,9 +25,10 @@ from wucht.fatigue.damage import AccumulatedDamage, WoehlerLine
 from wucht.machines.machine import SUPPLIED_WORK, Machine
 from wucht.machines.schedules import SCHEDULE_WORK
 from wucht.plots.scales import name_speeds, printed_values
-from wucht.plots.sheet import leading_clauses, legend_beside, new_figure
+from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, line_style, mark_natural_frequencies
 from wucht.results.formatting import abscissa_label, with_unit
+from wucht.results.report import answer_in_print
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
 from wucht.studies.key_types import DEFAULT_TOLERANCE, Engine, Start, Tolerance
@@ -203,7 +204,7 @@ class StartStop(Study):
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw speeds, amplitude, energy and damage over the time of the cycle."""
         panels = [_speeds, _amplitude, _energy, *([_damage] if "damage_course" in result else [])]
-        fig, axes = new_figure(len(panels), result.attrs["title"], leading_clauses(result.attrs["sentence"]), 1.6)
+        fig, axes = new_figure(len(panels), result.attrs["title"], answer_in_print(result), 1.6)
         off = result.wucht.summary["switch_off_time"]
         for draw_panel, axis in zip(panels, axes, strict=True):
             label = "switched off" if axis is axes[0] else None

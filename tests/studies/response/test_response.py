@@ -145,7 +145,7 @@ def test_without_damping() -> None:
     assert s["peaks"] == [{"speed": pytest.approx(K, rel=1e-12), "amplitude": None}]
     assert (s["peak_torque"], s["peak_torque_speed"], s["torque_peaks"]) == (0.0, None, [])
     assert float(result.amplitude.max()) < 1e7
-    assert result.wucht.warnings == ["the resonance at 63.2456 rad/s is undamped: there the amplitude is infinite"]
+    assert result.wucht.warnings == ["the resonance at 63.246 rad/s (604 rpm) is undamped: there the amplitude is infinite"]
     for lag in result.lag.values:
         assert lag == pytest.approx(np.where(result.speed < K, 0.0, math.pi), abs=1e-8)
     assert "infinite at most" in "".join(report(result))

@@ -354,10 +354,10 @@ def test_a_torque_balance_without_vibration_or_points_can_be_drawn(speeds: tuple
 @pytest.mark.parametrize(
     ("drive", "words"),
     [
-        ({"kind": "constant-torque", "torque": 0.5}, "N·m; drive of constant torque there; "),
+        ({"kind": "constant-torque", "torque": 0.5}, "N·m; constant torque; "),
         (
             {"kind": "inverter", "set_speed": 50.0, "gain": 1.0, "integral_time": 1.0, "torque_limit": 100.0},
-            "N·m; held by the drive's controller; ",
+            "N·m; held by the controller; ",
         ),
     ],
 )

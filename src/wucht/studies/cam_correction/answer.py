@@ -191,11 +191,11 @@ def state_residuals(a: Answer, shares: Mapping[str, float]) -> None:
     orders = [condition for condition in shares if condition.startswith("order ")]
     for condition, share in shares.items():
         if condition not in orders:
-            a.line("left if", f"{percent_text(share):>7}  {condition}")
+            a.line("deviation", f"{condition} leaves {percent_text(share)}")
     largest_orders = sorted(orders, key=lambda condition: -shares[condition])[:_MOST]
     if orders:
         order_shares = ", ".join(f"{percent_text(shares[one])} ({one.split()[1]})" for one in largest_orders)
-        a.line("left if", f"an order of the speed is left out: {order_shares}")
+        a.line("deviation", f"an order of the speed left out leaves {order_shares}")
 
 
 def state_contours(

@@ -27,7 +27,6 @@ from wucht.results.formatting import number_text
 from wucht.studies.answer import Answer
 from wucht.studies.bearing_variables import force_text, state_lives, state_loads
 from wucht.studies.motion_variables import envelopes, motion_quantities
-from wucht.studies.run_up.combined_runs import printed_number
 from wucht.studies.starting_variables import start_warnings, state_starting_torques
 
 _FEWEST = 8  # samples
@@ -205,7 +204,7 @@ def _state_rotors(a: Answer, verdict: Verdict, noise: Noise, mark: Mark) -> None
     if verdict.locking is not None:
         speeds = a.number("mean_speeds", verdict.locking.final_speeds, "mean speeds of the rotors", "speed")
         if len(speeds) > 1:
-            listing = ", ".join(f"{name} {printed_number(a, speed, 'rad/s')}" for name, speed in speeds.items())
+            listing = ", ".join(f"{name} {a.in_words(speed, 'speed')}" for name, speed in speeds.items())
             a.line("mean speeds", "{speeds}" + mark("mean_speeds"), speeds=listing)
         phases = a.number("rotor_phases", verdict.locking.phases, "mean phases of the rotors", "rad")
         a.line("phase", "{phases}" + mark("rotor_phases"), phases=_angles(phases))
