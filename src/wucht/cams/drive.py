@@ -15,7 +15,7 @@ from wucht.cams.linkages.closure import LeverMotion, Linkage
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.camshaft import ShaftTable
 from wucht.cams.tables.linkage import LinkageTable
-from wucht.cams.tables.motion_law import LawTable, MotionLaw, unit_of_output
+from wucht.cams.tables.motion_law import GROUP, LawTable, MotionLaw, unit_of_output
 from wucht.cams.tables.speed import SpeedTable
 from wucht.errors import InputError
 from wucht.files.documents import contents_digest
@@ -24,7 +24,6 @@ from wucht.measurements.order_fit import OrderFit
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.schema import choice, require_table, validate_table
 
-GROUP = "wucht.cams"
 TABLES = ("law", "follower", "linkage", "speed", "shaft")
 
 
@@ -179,6 +178,8 @@ def cam_drive_from(document: Mapping[str, Any], title: str, folder: Path) -> Cam
         entries = tables.get(name)
         if entries is None:
             continue
+        if name == "law" and "segments" in entries:
+            entries.setdefault("kind", "segments")
         cls: type[Any] = SpeedTable if name == "speed" else ShaftTable
         if name in kinds:
             cls = kinds[name][choice(entries, "kind", name, kinds[name])]

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from wucht.cams.laws.standard_laws import SPLINES, STANDARD_LAWS, RiseAndReturn, sine_constant_cosine, spline, standard_law
+from wucht.cams.laws.segments import RiseAndReturn
+from wucht.cams.laws.standard_laws import SPLINES, STANDARD_LAWS, sine_constant_cosine, spline, standard_law
 from wucht.errors import InputError
 
 PI = math.pi
