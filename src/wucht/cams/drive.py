@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from wucht.cams.cam import Cam
+from wucht.cams.correction import MotionOverTime
 from wucht.cams.followers.follower import Follower
 from wucht.cams.laws import Law
 from wucht.cams.linkages.closure import LeverMotion, Linkage
@@ -119,6 +122,22 @@ class CamDrive:
                 "speed", None, "the table [speed] is missing: the speed of the camshaft over a turn", code="missing"
             )
         return self.speed.shaft(self.speed_fit)
+
+    def camshaft_powers(self, motions: Sequence[MotionOverTime], tau: np.ndarray) -> list[np.ndarray]:
+        """Return the power in W at tau (N,) that output and loads of [shaft] take from the camshaft with each motion.
+
+        That is the rate of the output's kinetic energy, J1 psi' psi'' omega^3, and the loads' torque times the speed. None
+        without that table. Raises ``InputError`` where it does not fit the law.
+        """
+        if self.shaft is None:
+            return []
+        inertia, powers = self.shaft.moving_inertia(self.motion_law.unit), list[np.ndarray]()
+        driving = self.shaft.camshaft_drive(self.folder) if self.shaft.loads else None
+        for motion in motions:
+            speed = motion.shaft.speed(tau)
+            load = 0.0 if driving is None else driving.torques(speed)[0][1]
+            powers.append(inertia * motion.shaft.mean**3 * motion(tau, 1) * motion(tau, 2) + load * speed)
+        return powers
 
     @cached_property
     def corrected_shaft_motion(self) -> ShaftMotion:

@@ -119,7 +119,7 @@ class SegmentsTable(LawTable):
             end = float(angle_after(begin, turn if table.end is None else table.end))
             end = end if end > _TOUCH else _TURN
             if end < start + _SHORTEST or (table.end or turn) > turn + _TOUCH:
-                given = "no angle is left" if table.end is None else format_degrees(table.end)
+                given = None if table.end is None else format_degrees(table.end)
                 allowed = f"after its begin, {format_degrees(begin + start)}, and at most at {format_degrees(turn)}"
                 raise InputError(f"law.segments[{i}].to", given, f"must lie {allowed}")
             yield start, end
