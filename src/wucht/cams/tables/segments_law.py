@@ -54,7 +54,7 @@ class SegmentTable(TableModel):
         kinds: dict[str, type[Any]] = {k: c for k, c in kinds_of(LawTable, GROUP).items() if issubclass(c, RiseTable)}
         if self.law not in kinds:
             known = nearest(self.law, [_DWELL, *kinds])
-            raise InputError(f"{location}.kind", self.law, f"unknown kind of a segment; {known}", code="unknown-name")
+            raise InputError(f"{location}.kind", self.law, f"unknown kind; {known}", code="unknown-name")
         entries = {"stroke": 1.0, "rise": (0.0, 1.0)} | ({"points": self.points} if self.points else {})
         try:
             law: StandardLaw = validate_table(kinds[self.law], entries, "law").rise_law()

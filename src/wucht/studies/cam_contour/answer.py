@@ -27,7 +27,7 @@ from wucht.cams.sizing.size_limits import CamLimits, SmallestCam
 from wucht.cams.undercut import RadiusAt
 from wucht.cams.workshop.points import PointList
 from wucht.errors import InputError, RunError
-from wucht.numerics.angles import GRID, Arc
+from wucht.numerics.angles import Arc, valleys
 from wucht.studies.answer import Answer
 from wucht.studies.cam_answers import angle_text, demand_text, length_text, state_common_pressure_angle, state_rollers
 
@@ -183,7 +183,9 @@ def state_acceleration(a: Answer, law: Law, shaft: ShaftMotion | None, unit: str
     if shaft is None:
         a.number("peak_acceleration", None, what, per)
         return
-    a.number("peak_acceleration", shaft.mean**2 * float(np.abs(MotionOverTime(law, shaft)(GRID, 2)).max()), what, per)
+    motion = MotionOverTime(law, shaft)
+    peak = -float(valleys(lambda tau: -np.abs(motion(tau, 2)))[1].min())
+    a.number("peak_acceleration", shaft.mean**2 * peak, what, per)
     a.line("acceleration", f"of the output at most {{peak_acceleration}}, at {shaft.mean * 30 / math.pi:.4g} rpm")
 
 
