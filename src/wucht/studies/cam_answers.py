@@ -88,10 +88,10 @@ def power_numbers(power: np.ndarray) -> dict[str, float]:
 
 def demand_text(power: Mapping[str, float]) -> str:
     """Return peak and mean of the positive part of a power as text."""
-    return f"{power_text(power['peak'])} at most, {power_text(power['mean_positive'])} on average without power flowing back"
+    return f"{watts_text(power['peak'])} at most, {watts_text(power['mean_positive'])} on average without power flowing back"
 
 
-def power_text(power: float) -> str:
+def watts_text(power: float) -> str:
     """Return a power in W as text."""
     return f"{power / _KILO:.4g} kW" if abs(power) >= _KILO else f"{power:.4g} W"
 
@@ -103,8 +103,8 @@ def pad_orders(values: np.ndarray, count: int) -> np.ndarray:
 
 def distance_text(distance: float, unit: str, stroke: float) -> str:
     """Return how far an output is off, in rad or m, as text in degrees or mm; 0 where that is rounding of the stroke."""
-    shown = 0.0 if distance < _ROUNDING * stroke else distance
-    return f"{math.degrees(shown):.4g}°" if unit == "rad" else f"{1e3 * shown:.4g} mm"
+    size = 0.0 if distance < _ROUNDING * stroke else distance
+    return f"{math.degrees(size):.4g}°" if unit == "rad" else f"{1e3 * size:.4g} mm"
 
 
 def length_text(length: float | None) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from wucht.cams.laws.segments import RiseAndReturn
+from wucht.cams.laws.cam_segments import RiseAndReturn
 from wucht.cams.laws.standard_laws import SPLINES, STANDARD_LAWS, sine_constant_cosine, spline, standard_law
 from wucht.errors import InputError
 

@@ -20,7 +20,7 @@ from wucht.schema import LARGEST
 Points = Sequence[tuple[float, float]] | np.ndarray
 _Phase = tuple[float, float, float, float, float]  # of the acceleration: length, constant, cosine, sine, angular frequency
 ROUNDING = 1e-12  # of the arc: nearer to a knot is at the knot
-_RESOLVED = 1e-6  # of the largest derivative: a smaller jump within a law is the rounding of its pieces
+_LEAST_JUMP = 1e-6  # of the largest derivative: a smaller jump within a law is the rounding of its pieces
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +95,7 @@ class StandardLaw:
         """Return the places x (n,) within the arc at which the derivative of an order jumps."""
         inner = self.knots[1:-1]
         jumps = np.abs(self(inner, order) - self(inner, order, side="left"))
-        return np.asarray(inner[jumps > _RESOLVED * self.largest(order)])
+        return np.asarray(inner[jumps > _LEAST_JUMP * self.largest(order)])
 
     @property
     def Cv(self) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import BeforeValidator
 
 from wucht.cams.laws import Law
-from wucht.cams.laws.segments import RiseAndReturn, SegmentedMotion
+from wucht.cams.laws.cam_segments import RiseAndReturn, SegmentedMotion
 from wucht.cams.laws.synthesis import Band, Restriction, band_extremes
 from wucht.errors import InputError
 from wucht.numerics.angles import valleys

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from pydantic import Field
 
-from wucht.cams.laws.segments import RiseAndReturn
+from wucht.cams.laws.cam_segments import RiseAndReturn
 from wucht.cams.laws.standard_laws import StandardLaw
 from wucht.cams.tables.motion_law import LawTable, Position, RiseMotionLaw, read_output
 from wucht.schema import SI, si

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from pydantic import Field
 
 from wucht.cams.demands import format_degrees, format_millimetres
-from wucht.cams.laws.segments import Segment, SegmentedMotion, angle_after
+from wucht.cams.laws.cam_segments import Segment, SegmentedMotion, angle_after
 from wucht.cams.laws.standard_laws import StandardLaw
 from wucht.cams.tables.motion_law import (
     GROUP,
@@ -53,8 +53,8 @@ class SegmentTable(TableModel):
             return None
         kinds: dict[str, type[Any]] = {k: c for k, c in kinds_of(LawTable, GROUP).items() if issubclass(c, RiseTable)}
         if self.law not in kinds:
-            known = nearest(self.law, [_DWELL, *kinds])
-            raise InputError(f"{location}.kind", self.law, f"unknown kind; {known}", code="unknown-name")
+            hint = nearest(self.law, [_DWELL, *kinds])
+            raise InputError(f"{location}.kind", self.law, f"unknown kind; {hint}", code="unknown-name")
         entries = {"stroke": 1.0, "rise": (0.0, 1.0)} | ({"points": self.points} if self.points else {})
         try:
             law: StandardLaw = validate_table(kinds[self.law], entries, "law").rise_law()
@@ -119,9 +119,9 @@ class SegmentsTable(LawTable):
             end = float(angle_after(begin, turn if table.end is None else table.end))
             end = end if end > _TOUCH else _TURN
             if end < start + _SHORTEST or (table.end or turn) > turn + _TOUCH:
-                given = None if table.end is None else format_degrees(table.end)
+                value = None if table.end is None else format_degrees(table.end)
                 allowed = f"after its begin, {format_degrees(begin + start)}, and at most at {format_degrees(turn)}"
-                raise InputError(f"law.segments[{i}].to", given, f"must lie {allowed}")
+                raise InputError(f"law.segments[{i}].to", value, f"must lie {allowed}")
             yield start, end
             last = end
 

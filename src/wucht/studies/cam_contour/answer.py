@@ -206,8 +206,8 @@ def state_contact(a: Answer, contact: ContactLoad | None, history: ContactHistor
         a.number("max_torque", torque, "largest torque of the camshaft", "N m", parts=_AT)
         lift_off = {name: [list(arc) for arc in arcs] for name, arcs in history.lift_off.items()}
         # The mean over time is that over the angle of torque times mean speed: power dt = torque dphi.
-        supplied = np.maximum(history.torque, 0.0)
-        means = (contact.mean_speed * float(over_turn.mean()) for over_turn in (history.torque, supplied))
+        positive = np.maximum(history.torque, 0.0)
+        means = (contact.mean_speed * float(over_turn.mean()) for over_turn in (history.torque, positive))
         power = dict(zip(("peak", "mean", "mean_positive"), (float(history.power.max()), *means), strict=True))
         a.number("power", power, "power of the camshaft", "W")
         a.number("lift_off", lift_off, "arcs without contact", "rad")

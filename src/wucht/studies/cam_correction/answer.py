@@ -29,10 +29,10 @@ from wucht.studies.cam_answers import (
     length_text,
     pad_orders,
     power_numbers,
-    power_text,
     state_cam_curves,
     state_common_pressure_angle,
     state_rollers,
+    watts_text,
 )
 from wucht.studies.cam_correction.record_answer import percent_text
 
@@ -60,7 +60,9 @@ def state_shaft(a: Answer, shaft: ShaftMotion, tau: np.ndarray) -> None:
     a.line("shaft", f"{{mean_speed}}, a turn in {1e3 * period:.5g} ms; it {turns}")
 
 
-def state_motions(a: Answer, motions: Sequence[MotionOverTime], law: Law, tau: np.ndarray, unit: str) -> list[np.ndarray]:
+def state_motions_over_time(
+    a: Answer, motions: Sequence[MotionOverTime], law: Law, tau: np.ndarray, unit: str
+) -> list[np.ndarray]:
     """State the motion of the output over time with both cams, and how far it is off the law. Returns the accelerations."""
     over, accelerations = "version tau", [motion.shaft.mean**2 * motion(tau, 2) for motion in motions]
     a.curve("output_over_time", [motion(tau) for motion in motions], "motion of the output", unit, over)
@@ -144,7 +146,7 @@ def state_camshaft_powers(a: Answer, drive: CamDrive, motions: Sequence[MotionOv
         a.number(f"camshaft_power_{key}", power, f"power that output and loads take from the camshaft, {version} cam", "W")
     if powers:
         before, after = demands
-        original = f"{power_text(before['peak'])} and {power_text(before['mean_positive'])}"
+        original = f"{watts_text(before['peak'])} and {watts_text(before['mean_positive'])}"
         a.line("camshaft", f"output and loads take {demand_text(after)}; with the original cam {original}")
 
 

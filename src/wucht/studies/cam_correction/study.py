@@ -127,7 +127,7 @@ class CamCorrection(Study):
         a.curve("order", np.arange(1, shown_count + 1), "order")
         a.curve("cam", np.array(list(after), dtype=str), "cam")
         answer.state_shaft(a, shaft, tau)
-        accelerations = answer.state_motions(a, motions, law, tau, unit)
+        accelerations = answer.state_motions_over_time(a, motions, law, tau, unit)
         a.curve("residual", list(of_conditions), "deviation from the assumptions of the cam")
         a.curve("share", list(of_conditions.values()), "residual as a share", "", "residual")
         record_answer.state_record(a, drive, left_out, of_conditions)

@@ -17,7 +17,7 @@ from wucht.cams.laws import Law
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.numerics.fourier_series import even_angles
 from wucht.studies.answer import Answer
-from wucht.studies.cam_answers import distance_text, pad_orders, power_text
+from wucht.studies.cam_answers import distance_text, pad_orders, watts_text
 
 _ORDER_TOLERANCE = 1e-12  # of the mean speed: smaller orders are not corrected by a cam
 _FLOOR = 1e-9  # residuals below are rounding
@@ -155,13 +155,13 @@ def state_powers(
     a.number("power", {"constant_speed": constant, **powers}, "power of the drive", "W")
     saving = {key: constant[key] - powers["corrected"][key] for key in ("peak", "mean_positive")}
     a.number("power_saved", saving, "power that the corrected cam saves against constant speed", "W")
-    demand = f"{power_text(constant['peak'])} at most, {power_text(constant['mean_positive'])} on average"
+    demand = f"{watts_text(constant['peak'])} at most, {watts_text(constant['mean_positive'])} on average"
     a.line("even speed", f"would need {demand} without power flowing back")
     if camshaft.driving is None:
         a.line("drive", "none: the eigenmotion saves all of this power")
     elif not camshaft.is_enforced:
-        demand = f"{power_text(drive['peak'])} at most, {power_text(drive['mean_positive'])} on average"
-        a.line("drive", f"{demand}; saved {power_text(saving['peak'])} and {power_text(saving['mean_positive'])}")
+        demand = f"{watts_text(drive['peak'])} at most, {watts_text(drive['mean_positive'])} on average"
+        a.line("drive", f"{demand}; saved {watts_text(saving['peak'])} and {watts_text(saving['mean_positive'])}")
 
 
 def state_cuts(a: Answer, purity: Purity, cuts: np.ndarray) -> float | None:

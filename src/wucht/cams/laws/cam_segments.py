@@ -15,7 +15,7 @@ from wucht.errors import InputError
 Arc = tuple[float, float]
 _TURN = 2 * math.pi
 _SHORTEST = 1e-6  # rad
-_RESOLVED = 1e-9  # of the largest derivative: a smaller jump between two segments is rounding
+_LEAST_JUMP = 1e-9  # of the largest derivative: a smaller jump between two segments is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,13 +52,13 @@ class Segment:
         """The largest magnitude of the derivative of an order from 1 to 3, exactly."""
         return 0.0 if self.law is None else abs(self.stroke) * self.law.largest(order) / self.length**order
 
-    def inner_jumps(self, order: int) -> list[tuple[float, float]]:
-        """Return the angles within its arc at which the derivative of an order jumps, and by how much."""
+    def inner_jumps(self, order: int) -> dict[float, float]:
+        """Return by how much the derivative of an order jumps within its arc, by the angle from the motion's begin."""
         if self.law is None:
-            return []
+            return {}
         x = self.law.inner_jumps(order)
         steps = self.stroke * (self.law(x, order) - self.law(x, order, side="left")) / self.length**order
-        return [*zip((self.begin + self.length * x).tolist(), np.abs(steps).tolist(), strict=True)]
+        return dict(zip((self.begin + self.length * x).tolist(), np.abs(steps).tolist(), strict=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,12 +87,12 @@ class SegmentedMotion:
 
     def jumps(self, order: int) -> dict[float, float]:
         """Return by how much the derivative of an order jumps, by the cam angle in rad: between segments and within them."""
-        resolved, found = _RESOLVED * self.largest(order), list[tuple[float, float]]()
+        rounding, steps = _LEAST_JUMP * self.largest(order), dict[float, float]()
         for before, segment in zip([self.segments[-1], *self.segments[:-1]], self.segments, strict=True):
             step = abs(float(segment(segment.begin, order) - before(before.end, order)))
-            found += [(segment.begin, step)] if step > resolved else []
-            found += segment.inner_jumps(order)
-        return {self.begin + t: step for t, step in found}
+            steps |= {segment.begin: step} if step > rounding else {}
+            steps |= segment.inner_jumps(order)
+        return {self.begin + t: step for t, step in steps.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +172,7 @@ class RiseAndReturn:
         ends = np.abs(self.law(np.array([0.0, 1.0]), 2)).max()
         top, returns, bottom = self._borders
         at_ends = float(abs(self.stroke) * ends / min(top, bottom - returns) ** 2) if ends > ROUNDING * self.law.Ca else 0.0
-        return max([at_ends, *(step for segment in self._motion.segments for _, step in segment.inner_jumps(2))])
+        return max([at_ends, *(step for segment in self._motion.segments for step in segment.inner_jumps(2).values())])
 
 
 def angle_after(begin: float, angle: np.ndarray | float) -> np.ndarray:
