@@ -196,6 +196,11 @@ class RiseMotionLaw(MotionLaw):
         return self.function.jump
 
     @property
+    def jump_places(self) -> str:
+        """See ``MotionLaw``."""
+        return f"{super().jump_places}{', and within them' if len(self.function.law.inner_jumps(2)) else ''}"
+
+    @property
     def rise(self) -> np.ndarray:
         """See ``MotionLaw``."""
         return np.array([self.function.law.Cv, self.function.law.Ca, self.function.law.Cj])
