@@ -119,8 +119,8 @@ def _state_sizes(a: Answer, law: MotionLaw, attained_ranges: np.ndarray) -> None
         a.line(name, f"at most {{peaks.{name}}}")
     if a.number("acceleration_jumps", law.jump, "largest jump of the acceleration", f"{law.unit}{PER_ANGLE[2]}"):
         a.warn(
-            "the acceleration jumps where the rise and the return begin or end, and the jerk has no bound there: suitable for "
-            "slow shafts only; polynomial and sine laws have no jumps"
+            f"the acceleration jumps {law.jump_places}, and the jerk has no bound there: suitable for slow shafts only; "
+            "polynomial and sine laws have no jumps"
         )
     rise = None if law.rise is None else dict(zip(LAW_NAMES[1:], law.rise.tolist(), strict=True))
     a.number("rise", rise, "largest values of a rise of 1 over an arc of 1")
