@@ -90,11 +90,14 @@ def _set_value(document: Document, path: str, value: Any) -> None:
     _set_nested_value(description, path[len(key) + 1 :].split("."), value, location, key, cls)
 
 
+_UNBALANCE = ("working_moment", "centrifugal_force", "setting")
 _INSTEAD = {
     "file": ("points",), "table": ("points",), "points": ("file", "table"), "frequency": ("stiffness",),
-    "stiffness": ("frequency",), "damping_ratio": ("damping",), "damping": ("damping_ratio",),
+    "stiffness": ("frequency",), "damping_ratio": ("damping",), "damping": ("damping_ratio", "oil"), "oil": ("damping",),
     "rotation_frequency": ("rotation_stiffness",), "rotation_stiffness": ("rotation_frequency",),
     "rotation_damping_ratio": ("rotation_damping",), "rotation_damping": ("rotation_damping_ratio",),
+    "eccentricity": _UNBALANCE, "unbalance": _UNBALANCE,
+    "working_moment": ("unbalance", "eccentricity", "centrifugal_force"),
 }  # fmt: skip
 
 

@@ -43,6 +43,7 @@ if TYPE_CHECKING:  # the names that ``__getattr__`` loads, for type checkers
     from wucht.machines.parts.release import Release as Release
     from wucht.machines.parts.rocking_carrier import RockingCarrier as RockingCarrier
     from wucht.machines.parts.roller import Roller as Roller
+    from wucht.machines.parts.rotor import CentrifugalForce as CentrifugalForce
     from wucht.machines.parts.rotor import Rotor as Rotor
     from wucht.machines.parts.slider import Slider as Slider
     from wucht.machines.parts.support import PrescribedMotion as PrescribedMotion

@@ -22,7 +22,7 @@ _MOST_SLIP = 0.3  # a larger one indicates a wrong speed, frequency or number of
 
 
 class Nameplate(TableModel):
-    """Data printed on a motor. It has no parameters itself: those that follow from it belong to the motor."""
+    """Data printed on a part. It has no parameters itself: those that follow from it belong to the part."""
 
     def parameters_at(self, path: str) -> tuple[Parameter, ...]:
         """Return no parameters."""
