@@ -34,10 +34,12 @@ if TYPE_CHECKING:  # the names that ``__getattr__`` loads, for type checkers
     from wucht.machines.parts.inverter import Inverter as Inverter
     from wucht.machines.parts.linear_drive import LinearDrive as LinearDrive
     from wucht.machines.parts.material_layer import MaterialLayer as MaterialLayer
+    from wucht.machines.parts.mounts import EqualMounts as EqualMounts
+    from wucht.machines.parts.mounts import Mount as Mount
     from wucht.machines.parts.nameplate import DCNameplate as DCNameplate
     from wucht.machines.parts.nameplate import InductionNameplate as InductionNameplate
+    from wucht.machines.parts.oil import Oil as Oil
     from wucht.machines.parts.pendulum import Pendulum as Pendulum
-    from wucht.machines.parts.planar_carrier import Mount as Mount
     from wucht.machines.parts.planar_carrier import PlanarCarrier as PlanarCarrier
     from wucht.machines.parts.quadratic_load import QuadraticLoad as QuadraticLoad
     from wucht.machines.parts.release import Release as Release
