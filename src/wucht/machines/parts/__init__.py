@@ -25,6 +25,7 @@ if TYPE_CHECKING:  # the names that ``__getattr__`` loads, for type checkers
     from wucht.machines.parts.constant_speed import ConstantSpeed as ConstantSpeed
     from wucht.machines.parts.constant_torque import ConstantTorque as ConstantTorque
     from wucht.machines.parts.coulomb_load import CoulombLoad as CoulombLoad
+    from wucht.machines.parts.dc import DC as DC
     from wucht.machines.parts.dc_separate import DCSeparate as DCSeparate
     from wucht.machines.parts.dc_series import DCSeries as DCSeries
     from wucht.machines.parts.dc_shunt import DCShunt as DCShunt

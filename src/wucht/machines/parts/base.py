@@ -208,6 +208,10 @@ class Drive(ShaftPart):
         """Return the speed it enforces on the motor's side of a transmission, or None if it applies a torque."""
         return None
 
+    def estimates(self) -> tuple[str, ...]:
+        """Return what is estimated because no one gave it, each with its range, as text."""
+        return ()
+
     def circuit_loss(self, speed: sp.Expr) -> sp.Expr | None:
         """Return the heat in its circuit at a speed, in W: the power from the supply less that of the torque at the speed.
 

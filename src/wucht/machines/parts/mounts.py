@@ -38,13 +38,16 @@ def _read_pattern(value: Any) -> Any:
     return tuple(tuple(place.parse_quantity(x) for x in pair) for pair in value)
 
 
+_Pattern = Annotated[Literal["line", "corners"] | _Places, BeforeValidator(_read_pattern)]
+
+
 class EqualMounts(Nameplate):
     """Equal mounts in a pattern, by one table; those side by side in the plane are at one place."""
 
     count: int | None = Field(default=None, ge=1, le=1000, description=(
         "number of mounts in all, by default one at each place of the pattern"
     ))  # fmt: skip
-    pattern: Annotated[Literal["line", "corners"] | _Places, BeforeValidator(_read_pattern)] = Field(title="pattern of places", description=(
+    pattern: _Pattern = Field(title="pattern of places", description=(
         "places [[x, y], ...] from the centre of mass; or `line` from end to end of `length`; or `corners`, also of `height`"
     ))  # fmt: skip
     length: SI[float | None] = si("m", "length", default=None, gt=0, help="length of the line, or of the rectangle")

@@ -90,7 +90,7 @@ class PlanarCarrier(Support):
     )
 
     @property
-    def _places(self) -> tuple[Mount, ...]:
+    def single_mounts(self) -> tuple[Mount, ...]:
         """The mounts; as they would be with a mass of 1 kg, where they are known by a pattern."""
         return self.mounts.mounts(1.0, GRAVITY) if isinstance(self.mounts, EqualMounts) else self.mounts
 
@@ -106,12 +106,12 @@ class PlanarCarrier(Support):
         self._check_tuning()
         pairs = [("stiffness", self.stiffness), ("damping", self.damping)]
         pairs += [("frequency", self.frequency), ("damping_ratio", self.damping_ratio)]
-        pairs += [("mounts", v) for m in self._places for v in (m.stiffness, m.damping)]
+        pairs += [("mounts", v) for m in self.single_mounts for v in (m.stiffness, m.damping)]
         for key, value in pairs:
             if is_negative(value):
                 quantity = key.replace("_", " ") if key in ("frequency", "damping_ratio") else "stiffness or damping"
                 raise FieldError(key, f"must be a {quantity} of at least 0", code="limits")
-        if self.mounts and not np.any(self.frequency or 0.0) and not any(np.any(m.stiffness) for m in self._places):
+        if self.mounts and not np.any(self.frequency or 0.0) and not any(np.any(m.stiffness) for m in self.single_mounts):
             raise ValueError("mounts", "there must be at least one mount with stiffness")
 
     def _check_tuning(self) -> None:
@@ -119,7 +119,7 @@ class PlanarCarrier(Support):
         refuse_both(self, "stiffness", "frequency")
         refuse_both(self, "damping", "damping_ratio")
         refuse_rotation_both_ways(self)
-        has_stiffness = [m.stiffness is not None for m in self._places]
+        has_stiffness = [m.stiffness is not None for m in self.single_mounts]
         if self.frequency is not None and any(has_stiffness):
             raise FieldError(
                 "frequency",
@@ -131,7 +131,7 @@ class PlanarCarrier(Support):
         if self.frequency is None and not all(has_stiffness):
             missing = f"mounts[{has_stiffness.index(False)}] has no stiffness"
             raise ValueError("mounts", f"{missing}; give that of each mount, or the carrier's frequency")
-        if self.damping_ratio is not None and any("damping" in m.model_fields_set for m in self._places):
+        if self.damping_ratio is not None and any("damping" in m.model_fields_set for m in self.single_mounts):
             raise FieldError(
                 "damping_ratio",
                 "give either damping_ratio, which the mounts share, or the damping of each mount",
@@ -148,7 +148,7 @@ class PlanarCarrier(Support):
         if not self.mounts:
             return self.stiffness
         whole: Pair = 0.0
-        for mount in self._places:
+        for mount in self.single_mounts:
             whole = map_components(operator.add, whole, mount.stiffness or 0.0)
         return whole
 
@@ -157,8 +157,8 @@ class PlanarCarrier(Support):
         if isinstance(self.mounts, EqualMounts):
             of_all = inertia("x"), abs(self.gravity) or GRAVITY
             single, note = self.model_copy(update={"mounts": self.mounts.mounts(*of_all)}), self.mounts.note(*of_all)
-            carrier, tuning = single.tune_springs(inertia)
-            return carrier, "; ".join(filter(None, [note and f"carrier: {note}", tuning]))
+            carrier, further_note = single.tune_springs(inertia)
+            return carrier, "; ".join(filter(None, [note and f"carrier: {note}", further_note]))
         mass, notes, rotation = inertia("x"), list[str](), tuned_rotation(self, inertia)
         update: dict[str, Any] = rotation | NO_TUNING | {"frequency": None, "damping_ratio": None}
         if self.frequency is not None or self.damping_ratio is not None:
@@ -174,8 +174,8 @@ class PlanarCarrier(Support):
 
     def _shared_mounts(self, tuning: Mapping[str, Pair], whole: Pair) -> tuple[Mount, ...]:
         """Return the mounts with their shares of the total values. whole: the total stiffness."""
-        count, mounts = len(self._places), list[Mount]()
-        for mount in self._places:
+        count, mounts = len(self.single_mounts), list[Mount]()
+        for mount in self.single_mounts:
             stiffness = mount.stiffness if self.frequency is None else map_components(lambda c: c / count, whole)
             share = map_components(lambda c, of: c / of if of else 0.0, stiffness or 0.0, whole)
             update = {"stiffness": stiffness}
@@ -209,7 +209,7 @@ class PlanarCarrier(Support):
             c, b = (tuple(self.component(name, d) for d in "xy") for name in ("stiffness", "damping"))
             return [((sp.S.Zero, sp.S.Zero), c, b)]
         springs = []
-        for i, mount in enumerate(self._places, 1):
+        for i, mount in enumerate(self.single_mounts, 1):
             place = self.symbols(f"mounts.{i}.at.x", f"mounts.{i}.at.y")
             c, b = (self._component_symbols(f"mounts.{i}.{name}", getattr(mount, name)) for name in ("stiffness", "damping"))
             springs.append((place, c, b))
