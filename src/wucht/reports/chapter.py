@@ -173,6 +173,8 @@ def _part_rows(part: Mapping[str, Any], result: ResultAccessor) -> Iterator[tupl
             start = ", at the start" if facts.get("over_time") else ""
             name = _parameter_name(path.removeprefix(before), facts["what"])
             yield html_text(_sentence_case(name) + start), _no_break(html_text(engineering_text(value, facts["unit"])))
+    for estimate in part.get("estimates", ()):
+        yield "Estimate", html_text(estimate)
 
 
 def _parameter_name(key: str, what: str) -> str:

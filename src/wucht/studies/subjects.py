@@ -18,6 +18,7 @@ from typing import Any, Protocol
 import sympy as sp
 from sympy.printing.str import StrPrinter
 
+from wucht.analysis.plausibility import plausibility_notes
 from wucht.errors import InputError
 from wucht.files.catalogue import ABOUT, machine_of
 from wucht.files.catalogue import equations_of as document_equations
@@ -138,7 +139,8 @@ class MachineSubject:
             "bodies": [[b.name, b.kind, b.about] for b in subject.bodies],
         }
         dimensionless, parts = not subject.units.time, _parts_of(subject)
-        return Description(subject.title, dimensionless, facts, subject.warnings, subject.notes, parts)
+        notes = (*subject.notes, *plausibility_notes(subject))
+        return Description(subject.title, dimensionless, facts, subject.warnings, notes, parts)
 
 
 def _parts_of(machine: Machine) -> tuple[Mapping[str, Any], ...]:

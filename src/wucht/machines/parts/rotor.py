@@ -104,7 +104,8 @@ class Rotor(Body):
         least = self.mass * e * e
         if self.inertia < least * (1 - 1e-12):
             reason = "because it is the inertia about the axis of rotation, not about the centre of mass"
-            raise ValueError("inertia", f"must be at least m e^2 = {least:.6g} kg m^2, {reason}")
+            twice = "" if self.unbalance is None else "; of a data sheet's working moment 2 m r write working_moment"
+            raise ValueError("inertia", f"must be at least m e^2 = {least:.6g} kg m^2, {reason}{twice}")
         if self.bearing is not None and self.couple_unbalance is not None:
             raise ValueError("bearing", "not allowed: a couple unbalance has no force in the plane that the bearing would take")
 
