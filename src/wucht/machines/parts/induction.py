@@ -184,8 +184,8 @@ class Induction(Drive):
         circuit = self._rated_circuit()
         notes = [f"{self.path}: {fit_text(plate, circuit)}"]
         if estimates := self.estimates():
-            own = f"; its rotor, some {plate.typical.inertia:.2g} kg m^2, is part of the inertia of {self.on!r}"
-            notes.append(f"{self.path}: {', '.join(estimates)}: {plate.typical}{'' if self.transmission else own}")
+            inertia = f"; its rotor, some {plate.typical.inertia:.2g} kg m^2, is part of the inertia of {self.on!r}"
+            notes.append(f"{self.path}: {', '.join(estimates)}: {plate.typical}{'' if self.transmission else inertia}")
         elif plate.starting_ratio is None:
             by_circuit = f"starting torque {circuit.torque(1.0):.3g} N m by the circuit, as starting_torque_ratio is not given"
             notes.append(f"{self.path}: {by_circuit}; {plate.typical.starting * plate.torque:.3g} N m are {plate.typical}")
@@ -198,8 +198,8 @@ class Induction(Drive):
             return ()
         inertia = plate.typical.inertia
         is_typical = transmission is not None and transmission.inertia == inertia
-        own = (estimate_text("inertia on the motor's side", inertia, INERTIA_SPREAD, " kg m^2"),) if is_typical else ()
-        return (*plate.estimates(), *own)
+        of_rotor = (estimate_text("inertia on the motor's side", inertia, INERTIA_SPREAD, " kg m^2"),) if is_typical else ()
+        return (*plate.estimates(), *of_rotor)
 
     def doubts(self) -> tuple[str, ...]:
         """Return the nameplate values that the circuit misses by more than a tenth."""

@@ -13,7 +13,7 @@ from wucht.machines.parts.support import format_pair, is_negative, map_component
 from wucht.schema import TableModel, Unit, is_pairs
 
 GRAVITY = 9.80665  # m/s^2, standard: 3rd CGPM (1901); under which springs deflect where the file gives none
-_NEEDED = {"line": ("count", "length"), "corners": ("length", "height")}  # keys of a pattern
+_KEYS = {"line": ("count", "length"), "corners": ("length", "height")}  # keys of a pattern
 _Places = tuple[tuple[float, float], ...]
 
 
@@ -30,10 +30,10 @@ class Mount(TableModel):
 
 
 def _read_pattern(value: Any) -> Any:
-    if isinstance(value, str) and value in _NEEDED:
+    if isinstance(value, str) and value in _KEYS:
         return value
     if not value or not is_pairs(value):
-        raise ValueError(f"must be places [[x, y], ...], or one of: {', '.join(_NEEDED)}")
+        raise ValueError(f"must be places [[x, y], ...], or one of: {', '.join(_KEYS)}")
     place = Unit("m", "place")
     return tuple(tuple(place.parse_quantity(x) for x in pair) for pair in value)
 
@@ -73,12 +73,12 @@ class EqualMounts(Nameplate):
 
     @model_validator(mode="after")
     def _check_pattern(self) -> Self:
-        needed = _NEEDED.get(str(self.pattern), ())
+        needed = _KEYS.get(str(self.pattern), ())
         for key in ("count", "length", "height", "at"):
-            given = getattr(self, key) is not None
-            if key in needed and not given:
+            is_given = getattr(self, key) is not None
+            if key in needed and not is_given:
                 raise ValueError(key, f"this key is missing; the pattern {self.pattern!r} needs it")
-            if given and key not in (*needed, *(("count", "at") if needed else ("count",))):
+            if is_given and key not in (*needed, *(("count", "at") if needed else ("count",))):
                 raise ValueError(key, "not allowed with this pattern, whose places are known without it")
         if self.pattern == "line" and self.count == 1:
             raise ValueError("count", "must be at least 2 in a line from end to end")
@@ -117,9 +117,9 @@ class EqualMounts(Nameplate):
             stiffness = along * (self.stiffness_ratio or 1.0), along
         if self.damping_ratio is not None and stiffness is not None:
             damping = tuned_damping(mass / count, stiffness, self.damping_ratio)
-        given = {"stiffness": stiffness, "damping": damping}
+        one_mount = {"stiffness": stiffness, "damping": damping}
         at_place = {
-            k: map_components(lambda v: v * count / len(places), value) for k, value in given.items() if value is not None
+            k: map_components(lambda v: v * count / len(places), value) for k, value in one_mount.items() if value is not None
         }
         return tuple(Mount(at=place, **at_place) for place in places)
 

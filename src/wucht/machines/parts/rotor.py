@@ -81,12 +81,12 @@ class Rotor(Body):
     @model_validator(mode="before")
     @classmethod
     def _unbalance_of_the_data_sheet(cls, table: Any) -> Any:
-        given = [key for key in _SHEET if isinstance(table, Mapping) and table.get(key) is not None]
-        if not given:
+        ways = [key for key in _SHEET if isinstance(table, Mapping) and table.get(key) is not None]
+        if not ways:
             return table
-        for key in ("unbalance", "eccentricity", "couple_unbalance", *given[1:]):
+        for key in ("unbalance", "eccentricity", "couple_unbalance", *ways[1:]):
             if table.get(key) is not None:
-                raise FieldError(key, f"not allowed beside {given[0]}, from which the unbalance follows", code="either-or")
+                raise FieldError(key, f"not allowed beside {ways[0]}, from which the unbalance follows", code="either-or")
         try:
             unbalance, origin = _stated_unbalance(table)
         except ValueError:  # which the field reports

@@ -50,8 +50,8 @@ class TypicalMotor:
 
         More than 8 poles count as 8. Beyond the catalogue torques are those of its last motor, and the inertia is extrapolated.
         """
-        known = max(p for p in _MOTORS if p <= max(poles, 2))
-        powers, breakdown, starting, inertia = np.log(np.array(_MOTORS[known])).T
+        nearest_poles = max(p for p in _MOTORS if p <= max(poles, 2))
+        powers, breakdown, starting, inertia = np.log(np.array(_MOTORS[nearest_poles])).T
         at = float(np.log(power / 1e3))
         right = int(np.clip(np.searchsorted(powers, at), 1, len(powers) - 1))
         share = (at - powers[right - 1]) / (powers[right] - powers[right - 1])
