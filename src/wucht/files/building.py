@@ -179,10 +179,13 @@ def _addressable_parts(document: Document) -> dict[str, tuple[Document, type[Bas
 def given_keys(document: Document) -> frozenset[str]:
     """Return the keys that a table ``[machine]`` gives, with the path of their part: ``p1.length``; the rest follows from them.
 
+    A working moment gives the unbalance.
+
     Raises ``InputError``.
     """
     single_bodies = with_equal_bodies(copy.deepcopy(document))
-    return frozenset(f"{path}.{key}" for path, (table, _) in _addressable_parts(single_bodies).items() for key in table)
+    of_parts = _addressable_parts(single_bodies).items()
+    return frozenset(f"{path}.{'unbalance' if key in _UNBALANCE else key}" for path, (table, _) in of_parts for key in table)
 
 
 def machine_from(document: Document, title: str = "") -> Machine:

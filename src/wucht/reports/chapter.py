@@ -139,6 +139,8 @@ def _drawing(result: xr.Dataset, anchor: str) -> str:
         result.wucht.dimensionless
     ) else "Not to scale: the machine is dimensionless."  # fmt: skip
     caption = f"{scale} Bodies of a rotor are drawn spread evenly; the black dot is the rotor's unbalance."
+    if estimates := dict.fromkeys(text for part in result.wucht.parts for text in part.get("estimates", ())):
+        caption += html_text(f" Not given: {'; '.join(estimates)}.")
     return f'<figure class="machine">{drawing}<figcaption>{caption}</figcaption></figure>'
 
 
