@@ -208,7 +208,7 @@ def _fields_of_parts(
         "start_positions": carrier.start_positions(),
         "schedules": over_time,
         "warnings": (*(doubt for d in drives for doubt in d.doubts()), *(() if has_body_schedules else _doubts(bodies))),
-        "notes": _once((*([tuning] if tuning else []), *(note for d in drives for note in d.derivation_notes()))),
+        "notes": _once((*([tuning] if tuning else []), *(n for part in parts for n in part.derivation_notes()))),
     }
 
 

@@ -116,7 +116,7 @@ def locate_error(cls: type[BaseModel], error: ValidationError, table_location: s
     if isinstance(model_error, ValueError) and len(model_error.args) == 2:
         location, value, context = (*location, model_error.args[0]), None, {"error": model_error.args[1]}
     inner, place = _inner(cls, location)
-    if kind == "missing" and len(location) > len(place):  # an item of a pair
+    if kind == "missing" and place and location[-1] != place[-1]:  # an item of a pair
         kind = "too_short"
     if place and isinstance(place[-1], int):  # an item of a list is reported with its list
         inner, place = cls, place[:-1]
@@ -153,13 +153,18 @@ def _inner(cls: type[BaseModel], location: Iterable[int | str]) -> tuple[type[Ba
     """The table with the fault, and the path to its key from the outermost: names and numbers of tables inside."""
     inner: type[BaseModel] | None = cls
     place: list[int | str] = []
+    forms: dict[str, type[BaseModel]] = {}  # of a key that may be one table or another, by the tag of each
     for step in location:
+        if isinstance(step, str) and step in forms:
+            inner, forms = forms[step], {}
+            continue
         if inner is None:
             break
         place.append(step)
         if isinstance(step, str):
             cls, field = inner, fields_of(inner).get(step)
-            inner = next(iter(models_in(field.annotation)), None) if field else None
+            models = models_in(field.annotation) if field else []
+            inner, forms = next(iter(models), None), {m.__name__: m for m in models[1:] and models}
     return cls, place
 
 

@@ -40,7 +40,7 @@ def mount_places(machine: Machine) -> dict[str, tuple[float, float]]:
     carrier, values = machine.parts[0], machine.values
     if not isinstance(carrier, PlanarCarrier) or not carrier.mounts:
         return {"carrier": (0.0, 0.0)}
-    keys = [f"carrier.mounts.{i}.at" for i in range(1, len(carrier.mounts) + 1)]
+    keys = [f"carrier.mounts.{i}.at" for i in range(1, len(carrier.single_mounts) + 1)]
     return {f"mount {i}": (values[f"{key}.x"], values[f"{key}.y"]) for i, key in enumerate(keys, 1)}
 
 
