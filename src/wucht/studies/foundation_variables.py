@@ -1,0 +1,67 @@
+"""Forces into the foundation in an answer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from wucht.analysis.foundation_forces import SupportDirection
+from wucht.dynamics.run_ups.foundation_loads import FoundationLoads, StaticLoads
+from wucht.machines.machine import Machine
+from wucht.studies.answer import Answer
+from wucht.studies.bearing_variables import force_text
+
+_MOST = 12  # supports with a line each
+
+
+def state_static_loads(a: Answer, machine: Machine) -> StaticLoads | None:
+    """State the forces on the foundation at rest, and how far the supports give way, and return them."""
+    static = StaticLoads.of(machine)
+    if static is not None:
+        of_rest = "force of each support on the foundation at rest, along x and y"
+        a.number("static_foundation_forces", by_support(static.forces), of_rest, "N")
+        a.number("static_deflection", dict(static.deflections), "deflection of each support under the weight", "length")
+    return static
+
+
+def state_foundation_loads(a: Answer, static: StaticLoads | None, loads: FoundationLoads | None, mark: str = "") -> None:
+    """State the forces on the foundation in a run, with a line on the largest. static: the loads at rest, stated already."""
+    if loads is None:
+        return
+    in_operation = "amplitude of the force of each support on the foundation at the end, along x and y"
+    at_most = "largest force of each support on the foundation in the whole run, beyond that at rest, along x and y"
+    a.number("foundation_forces", by_support(loads.amplitudes), in_operation, "N")
+    a.number("peak_foundation_forces", by_support(loads.peaks), at_most, "N")
+    share = "share of the exciting force that passes into the foundation at the end"
+    a.number("transmissibility", loads.transmissibility, share)
+    support, way = key = max(loads.peaks, key=lambda key: loads.peaks[key])
+    place = f"{support} in {way}" if len(by_support(loads.peaks)) > 1 else f"in {way}"
+    text = f"\u00b1{force_text(loads.amplitudes[key])} in operation, \u00b1{force_text(loads.peaks[key])} at most in the run"
+    at_rest = f"{force_text(abs(static.forces[key]))} at rest, " if static is not None and static.forces[key] else ""
+    a.line("foundation", "{forces}", forces=f"{place}: {at_rest}{text}{mark}")
+
+
+def tell_isolation(a: Answer, static: StaticLoads | None, loads: FoundationLoads | None) -> None:
+    """Add lines on what passes into the foundation, on the deflection, and on each of several supports."""
+    if loads is None:
+        return
+    a.line("isolation", "{transmissibility:%} of the exciting force passes into the foundation")
+    if static is not None:
+        a.line("deflection", "{static_deflection} under the weight")
+    if len(supports := by_support(loads.peaks)) < 2:
+        return
+    for name in list(supports)[:_MOST]:
+        listing = [_force_in_words(SupportDirection(name, d), static, loads) for d in supports[name]]
+        a.line(name, "{forces}", forces="; ".join(listing))
+
+
+def _force_in_words(key: SupportDirection, static: StaticLoads | None, loads: FoundationLoads) -> str:
+    at_rest = "" if static is None or not static.forces[key] else f"{force_text(abs(static.forces[key]))} at rest, "
+    return f"{key.direction} {at_rest}\u00b1{force_text(loads.amplitudes[key])}, \u00b1{force_text(loads.peaks[key])} at most"
+
+
+def by_support(forces: Mapping[SupportDirection, float]) -> dict[str, dict[str, float]]:
+    """Return forces by support, and by direction."""
+    supports: dict[str, dict[str, float]] = {}
+    for (support, direction), force in forces.items():
+        supports.setdefault(support, {})[direction] = force
+    return supports
