@@ -33,11 +33,30 @@ def state_foundation_loads(a: Answer, static: StaticLoads | None, loads: Foundat
     a.number("peak_foundation_forces", by_support(loads.peaks), at_most, "N")
     share = "share of the exciting force that passes into the foundation at the end"
     a.number("transmissibility", loads.transmissibility, share)
-    support, way = key = max(loads.peaks, key=lambda key: loads.peaks[key])
-    place = f"{support} in {way}" if len(by_support(loads.peaks)) > 1 else f"in {way}"
+    key = max(loads.peaks, key=lambda key: loads.peaks[key])
     text = f"\u00b1{force_text(loads.amplitudes[key])} in operation, \u00b1{force_text(loads.peaks[key])} at most in the run"
-    at_rest = f"{force_text(abs(static.forces[key]))} at rest, " if static is not None and static.forces[key] else ""
-    a.line("foundation", "{forces}", forces=f"{place}: {at_rest}{text}{mark}")
+    a.line("foundation", "{forces}", forces=f"{_place(key, loads.peaks)}: {_at_rest_in_words(key, static)}{text}{mark}")
+
+
+def state_largest_forces(a: Answer, way: str, static: StaticLoads | None, peaks: Mapping[SupportDirection, float]) -> None:
+    """State the largest forces on the foundation on a way, ``up`` or ``down``, or empty of a run of one way."""
+    if not peaks:
+        return
+    on_way, key = (f" on the way {way}", f"peak_foundation_forces_{way}") if way else ("", "peak_foundation_forces")
+    what = f"largest force of each support on the foundation{on_way}, beyond that at rest, along x and y"
+    a.number(key, by_support(peaks), what, "N")
+    largest = max(peaks, key=lambda k: peaks[k])
+    at_rest = _at_rest_in_words(largest, static)
+    text = f"{_place(largest, peaks)}: {at_rest}\u00b1{force_text(peaks[largest])} at most{on_way}"
+    a.line("foundation", "{forces}", forces=text)
+
+
+def _place(key: SupportDirection, forces: Mapping[SupportDirection, float]) -> str:
+    return f"{key.support} in {key.direction}" if len(by_support(forces)) > 1 else f"in {key.direction}"
+
+
+def _at_rest_in_words(key: SupportDirection, static: StaticLoads | None) -> str:
+    return "" if static is None or not static.forces[key] else f"{force_text(abs(static.forces[key]))} at rest, "
 
 
 def tell_isolation(a: Answer, static: StaticLoads | None, loads: FoundationLoads | None) -> None:
@@ -47,16 +66,14 @@ def tell_isolation(a: Answer, static: StaticLoads | None, loads: FoundationLoads
     a.line("isolation", "{transmissibility:%} of the exciting force passes into the foundation")
     if static is not None:
         a.line("deflection", "{static_deflection} under the weight")
-    if len(supports := by_support(loads.peaks)) < 2:
-        return
-    for name in list(supports)[:_MOST]:
-        listing = [_force_in_words(SupportDirection(name, d), static, loads) for d in supports[name]]
-        a.line(name, "{forces}", forces="; ".join(listing))
+    supports = {n: forces for n, forces in by_support(loads.peaks).items() if any(forces.values())}
+    for name in list(supports)[:_MOST] if len(supports) > 1 else ():
+        a.line(name, "{forces}", forces="; ".join(_in_words(SupportDirection(name, d), static, loads) for d in supports[name]))
 
 
-def _force_in_words(key: SupportDirection, static: StaticLoads | None, loads: FoundationLoads) -> str:
-    at_rest = "" if static is None or not static.forces[key] else f"{force_text(abs(static.forces[key]))} at rest, "
-    return f"{key.direction} {at_rest}\u00b1{force_text(loads.amplitudes[key])}, \u00b1{force_text(loads.peaks[key])} at most"
+def _in_words(key: SupportDirection, static: StaticLoads | None, loads: FoundationLoads) -> str:
+    swing, most = force_text(loads.amplitudes[key]), force_text(loads.peaks[key])
+    return f"{key.direction} {_at_rest_in_words(key, static)}\u00b1{swing}, \u00b1{most} at most"
 
 
 def by_support(forces: Mapping[SupportDirection, float]) -> dict[str, dict[str, float]]:
