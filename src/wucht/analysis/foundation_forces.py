@@ -6,14 +6,14 @@ the forces on the carrier that it applies besides.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.vibration import Vibration
+from wucht.analysis.vibration import ForcedVibration, Vibration
 from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of
 from wucht.machines.parts.attachment import LineAttachment
@@ -139,3 +139,42 @@ def exciting_force(machine: Machine, motion: Trajectory) -> np.ndarray | None:
     total = forces.sum(axis=1)
     is_cancelled = np.abs(total).max() <= _CANCELLED * np.abs(forces).max(axis=(0, 2)).sum()
     return None if is_cancelled else np.asarray(total)
+
+
+@dataclass(frozen=True)
+class SteadyFoundation:
+    """The foundation in the steady vibration of a linear carrier.
+
+    amplitudes: of the forces. transmissibility: largest force of all supports together over that of the unbalances; None where
+    these cancel.
+    """
+
+    amplitudes: Mapping[SupportDirection, float]
+    transmissibility: float | None
+
+    @classmethod
+    def of(cls, machine: Machine, vibration: ForcedVibration, speed: float) -> SteadyFoundation | None:
+        """The foundation at a speed; None of a machine without supports, and at an undamped resonance."""
+        supports, w = support_forces(machine), np.array([abs(speed)])
+        with np.errstate(all="ignore"):
+            z = vibration.displacement(w)[0][0]
+        if not supports or machine.nonlinear or not np.isfinite(z).all():
+            return None
+        forces = dict[SupportDirection, complex]()
+        for name, of_support in supports.items():
+            for d, force in of_support.items():
+                by_place = machine.evaluate(*(sp.diff(force, q.position) for q in machine.free_carrier))
+                by_speed = machine.evaluate(*(sp.diff(force, q.velocity) for q in machine.free_carrier))
+                forces[SupportDirection(name, d)] = complex((np.array(by_place) + 1j * abs(speed) * np.array(by_speed)) @ z)
+        exciting = dict(zip(machine.free_labels, w[0] ** 2 * vibration.force(w)[0], strict=True))
+        total, unbalance = (
+            _semi_major([sum((f for key, f in of.items() if key[-1] == d), 0j) for d in "xy"]) for of in (forces, exciting)
+        )
+        amplitudes = {key: abs(f) for key, f in forces.items()}
+        return cls(amplitudes, total / unbalance if unbalance else None)
+
+
+def _semi_major(vector: Sequence[complex]) -> float:
+    """The largest magnitude of the vector Re[(x, y) exp(i w t)]."""
+    x, y = vector
+    return (abs(x + 1j * y) + abs(x - 1j * y)) / 2

@@ -11,6 +11,8 @@ from wucht.studies.answer import Answer
 from wucht.studies.bearing_variables import force_text
 
 _MOST = 12  # supports with a line each
+TRANSMISSIBILITY = "share of the exciting force that passes into the foundation", ""
+ISOLATION = "{transmissibility:%} of the exciting force passes into the foundation"
 
 
 def state_static_loads(a: Answer, machine: Machine) -> StaticLoads | None:
@@ -31,8 +33,7 @@ def state_foundation_loads(a: Answer, static: StaticLoads | None, loads: Foundat
     at_most = "largest force of each support on the foundation in the whole run, beyond that at rest, along x and y"
     a.number("foundation_forces", by_support(loads.amplitudes), in_operation, "N")
     a.number("peak_foundation_forces", by_support(loads.peaks), at_most, "N")
-    share = "share of the exciting force that passes into the foundation at the end"
-    a.number("transmissibility", loads.transmissibility, share)
+    a.number("transmissibility", loads.transmissibility, f"{TRANSMISSIBILITY[0]} at the end")
     key = max(loads.peaks, key=lambda key: loads.peaks[key])
     text = f"\u00b1{force_text(loads.amplitudes[key])} in operation, \u00b1{force_text(loads.peaks[key])} at most in the run"
     a.line("foundation", "{forces}", forces=f"{_place(key, loads.peaks)}: {_at_rest_in_words(key, static)}{text}{mark}")
@@ -51,6 +52,12 @@ def state_largest_forces(a: Answer, way: str, static: StaticLoads | None, peaks:
     a.line("foundation", "{forces}", forces=text)
 
 
+def forces_in_words(amplitudes: Mapping[SupportDirection, float]) -> str:
+    """Return the largest of the amplitudes in operation as text."""
+    key = max(amplitudes, key=lambda k: amplitudes[k])
+    return f"{_place(key, amplitudes)}: \u00b1{force_text(amplitudes[key])}"
+
+
 def _place(key: SupportDirection, forces: Mapping[SupportDirection, float]) -> str:
     return f"{key.support} in {key.direction}" if len(by_support(forces)) > 1 else f"in {key.direction}"
 
@@ -63,7 +70,7 @@ def tell_isolation(a: Answer, static: StaticLoads | None, loads: FoundationLoads
     """Add lines on what passes into the foundation, on the deflection, and on each of several supports."""
     if loads is None:
         return
-    a.line("isolation", "{transmissibility:%} of the exciting force passes into the foundation")
+    a.line("isolation", ISOLATION)
     if static is not None:
         a.line("deflection", "{static_deflection} under the weight")
     supports = {n: forces for n, forces in by_support(loads.peaks).items() if any(forces.values())}

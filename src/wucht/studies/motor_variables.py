@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from wucht.dynamics.run_ups.motor_loads import MotorLoad
+from wucht.dynamics.run_ups.motor_loads import MotorLoad, torque_share
+from wucht.machines.machine import Machine
 from wucht.studies.answer import Answer
 
 _MOST = 4  # motors named one by one
@@ -35,6 +36,15 @@ def state_motor_loads(a: Answer, loads: Mapping[str, MotorLoad], mark: str = "")
         a.number("trip_class", classes, what)
         texts = [f"{on} {heats[on]:.3g} s, {_class_in_words(classes[on])}" for on in heats if on in shown]
         a.line("start", "{heats}", heats=f"I\u00b2t over that of the rated current: {'; '.join(texts)}")
+
+
+def state_motor_shares(a: Answer, machine: Machine, rotor: str, speed: float | None) -> None:
+    """State the load of the motors of a rotor at its operating speed, if there is one and their rated data are known."""
+    motors = [] if speed is None else [d for d in machine.drives if d.on == rotor]
+    shares = {d.on: share for d in motors if (share := torque_share(machine, d, speed or 0.0)) is not None}
+    if len(motors) == 1 and shares:
+        share = a.number("motor_torque_share", shares, "torque of the motor at the operating speed over its rated one")[rotor]
+        a.line("motor", f"{100 * share:.3g} % of the rated torque at the fastest stable working point")
 
 
 def _class_in_words(name: str | None) -> str:

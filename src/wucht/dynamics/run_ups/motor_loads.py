@@ -13,6 +13,7 @@ from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Drive
 from wucht.machines.parts.dc_separate import DCSeparate
 from wucht.machines.parts.induction import Induction
+from wucht.machines.structure import SPEED
 from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
 
@@ -59,6 +60,19 @@ def rated_torque(drive: Drive) -> float | None:
     return None
 
 
+def torque_share(machine: Machine, drive: Drive, speed: float) -> float | None:
+    """The torque of a motor at a speed of the body over its rated one; None without a nameplate."""
+    at_rating = rated_torque(drive)
+    if at_rating is None:
+        return None
+    torque = machine.function(drive.torque(SPEED), of=SPEED, modules="math")
+    return abs(float(torque(_ratio(machine, drive) * speed)[0])) / at_rating
+
+
+def _ratio(machine: Machine, drive: Drive) -> float:
+    return 1.0 if drive.transmission is None else machine.values[f"{drive.path}.transmission.ratio"]
+
+
 def motor_loads(machine: Machine, motion: Trajectory, window: tuple[float, float], start_end: float) -> dict[str, MotorLoad]:
     """Return the loads of the motors with a nameplate, by the body that they drive.
 
@@ -73,7 +87,7 @@ def motor_loads(machine: Machine, motion: Trajectory, window: tuple[float, float
         return {}
     loads = dict[str, MotorLoad]()
     for drive, of_rated in rated.items():
-        ratio = 1.0 if drive.transmission is None else machine.values[f"{drive.path}.transmission.ratio"]
+        ratio = _ratio(machine, drive)
         speed = ratio * _speed(machine, drive, motion)
         torque = np.broadcast_to(rows[drive.path], time.shape) / ratio
         mean, power = (mean_over_time(time, x, *window) for x in (torque, torque * speed))

@@ -33,6 +33,7 @@ from wucht.studies.synchronisation_variables import margin_in_words, synchronisa
 
 _KEYS = ("free_speed", "peak_amplitude")  # variables that are keys of the summary
 _FEWEST_A_TURN = 8
+_NEARLY = 0.1  # of their mean: difference of speeds of rotors that nearly turn synchronously
 _BALANCE_LIMIT = 1e-6  # an energy residual beyond it is reported as a warning
 
 
@@ -208,10 +209,14 @@ def _state_rotors(a: Answer, verdict: Verdict, noise: Noise, mark: Mark) -> None
 
 
 def _state_margin(a: Answer, machine: Machine, verdict: Verdict) -> None:
-    """State the margin of synchronism of exciters that turn synchronously."""
-    if verdict.outcome is not Outcome.SYNCHRONISED or verdict.locking is None:
+    """State the margin of synchronism of exciters that turn synchronously, or of two that nearly do."""
+    if verdict.outcome not in (Outcome.SYNCHRONISED, Outcome.NOT_SYNCHRONISED) or verdict.locking is None:
         return
-    margin = SynchronisationMargin.of(machine, verdict.locking.final_speeds[machine.rotor.name], verdict.locking.phases)
+    speeds = np.abs(list(verdict.locking.final_speeds.values()))
+    # The torque that passes between two rotors varies with their phases as a sine: it is as large from any of them.
+    if verdict.outcome is not Outcome.SYNCHRONISED and (len(speeds) > 2 or np.ptp(speeds) > _NEARLY * speeds.mean()):
+        return
+    margin = SynchronisationMargin.of(machine, float(speeds.mean()), verdict.locking.phases)
     if margin is not None:
         for name, ((value,), words, *unit) in synchronisation_columns([margin]).items():
             a.number(name, value, words, *unit)
