@@ -1,7 +1,7 @@
 """Forces into the foundation against hand formulas, and the closed form of the response against the run.
 
-J. P. Den Hartog, Mechanical Vibrations, section 2.12: an undamped mount passes the share 1/(r^2 - 1) of the exciting force, r being
-the speed over the natural frequency; a damped one sqrt((1 + (2 z r)^2)/((1 - r^2)^2 + (2 z r)^2)).
+J. P. Den Hartog, Mechanical Vibrations, section 2.12: an undamped mount passes the share 1/(r^2 - 1) of the exciting force, r
+being the speed over the natural frequency; a damped one sqrt((1 + (2 z r)^2)/((1 - r^2)^2 + (2 z r)^2)).
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The load of a motor in operation and over a start, against its nameplate and a start integrated by SciPy.
 
-The heat of a start is the integral of the square of the current; relays of class N wait at 7.2 times their current at least 0.5,
-4, 6, 9 s for N = 5, 10, 20, 30 (IEC 60947-4-1:2009, table 3).
+The heat of a start is the integral of the square of the current; relays of class N wait at 7.2 times their current at least
+0.5, 4, 6, 9 s for N = 5, 10, 20, 30 (IEC 60947-4-1:2009, table 3).
 """
 
 from __future__ import annotations

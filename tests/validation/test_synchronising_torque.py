@@ -1,7 +1,7 @@
 """The synchronising torque of exciters far above all resonances, where it has a closed form, and what happens beyond it.
 
-I. I. Blekhman, Synchronization in Science and Technology (ASME Press, 1988): two equal exciters at a distance l on either side of
-the centre of mass of a softly supported body, of mass M and moment of inertia J with the exciters on it, give each other the
+I. I. Blekhman, Synchronization in Science and Technology (ASME Press, 1988): two equal exciters at a distance l on either side
+of the centre of mass of a softly supported body, of mass M and moment of inertia J with the exciters on it, give each other the
 vibration moment (m e w)^2/(2 M) (M l^2/J - 2) sin(delta) where they turn in one sense, and (m e w)^2 l^2/(2 J) sin(delta) where
 they turn in opposite senses. It follows here from the forces of a free body alone: H = -diag(1/M, 1/M, 1/J)/w^2.
 """
@@ -31,7 +31,8 @@ def soft_body(
     """A body on soft springs with exciters whose motors have these no-load speeds. Mass and inertia include the exciters."""
     own = INERTIA - sum(EXCITER["mass"] * (x * x + y * y) for x, y in places)  # type: ignore[operator]
     carrier = {
-        "directions": "xyr", "mass": MASS - 20.0 * len(places), "inertia": own, "frequency": SOFT, "damping_ratio": damping_ratio,
+        "directions": "xyr", "mass": MASS - 20.0 * len(places), "inertia": own, "frequency": SOFT,
+        "damping_ratio": damping_ratio,
         "rotation_frequency": SOFT, "rotation_damping_ratio": damping_ratio,
     }  # fmt: skip
     names = [f"e{k}" for k in range(1, len(places) + 1)]

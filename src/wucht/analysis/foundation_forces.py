@@ -25,7 +25,7 @@ from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
 
 _ROUNDING = 1e-12  # of the largest force at rest
-_CANCELLED = 1e-6  # of the bodies' forces: what remains of forces that cancel
+_CANCELLATION = 1e-6  # of the bodies' forces: what remains of forces that cancel
 
 
 class SupportDirection(NamedTuple):
@@ -65,23 +65,23 @@ def support_forces(machine: Machine) -> dict[str, dict[str, sp.Expr]]:
         forces = {"carrier": {d: _force(carrier_energies, q) for d, q in ways.items()}}
         if isinstance(carrier, Carrier) and carrier.foundation is not None:
             below = dict(zip(machine.free_labels, machine.free_carrier, strict=True))["foundation"]
-            grounded = _only(carrier_energies, ["carrier.stiffness", "carrier.damping"])
-            forces["carrier"][carrier.foundation.direction] = _force(grounded, below)
+            ground_energies = _only(carrier_energies, ["carrier.stiffness", "carrier.damping"])
+            forces["carrier"][carrier.foundation.direction] = _force(ground_energies, below)
     for part, of_part in zip(machine.parts, machine.energies, strict=False):
         if isinstance(part, LineAttachment):
             forces[part.name] = {d: _force(of_part, q) for d, q in ways.items()}
     return forces
 
 
-def _only(energies: Energies, others: list[str]) -> Energies:
+def _only(energies: Energies, paths: list[str]) -> Energies:
     """Energies without the springs and dampers whose parameters begin with these paths."""
-    zero = {x: sp.S.Zero for x in energies.symbols if x.name.startswith(tuple(others)) and ".at." not in x.name}
+    zero = {x: sp.S.Zero for x in energies.symbols if x.name.startswith(tuple(paths)) and ".at." not in x.name}
     return Energies(potential=energies.potential.xreplace(zero), dissipation=energies.dissipation.xreplace(zero))
 
 
 def _force(e: Energies, q: Coordinate) -> sp.Expr:
-    applied = sp.Add(*(a.force * sp.diff(a.rate, q.velocity) for a in e.applied_forces))
-    return sp.diff(e.potential, q.position) + sp.diff(e.dissipation, q.velocity) - applied
+    applied_force = sp.Add(*(a.force * sp.diff(a.rate, q.velocity) for a in e.applied_forces))
+    return sp.diff(e.potential, q.position) + sp.diff(e.dissipation, q.velocity) - applied_force
 
 
 @dataclass(frozen=True)
@@ -134,10 +134,10 @@ def exciting_force(machine: Machine, motion: Trajectory) -> np.ndarray | None:
     turning = speeds**2 * np.exp(1j * senses * angles)
     of_bodies = Vibration.of(machine).excitation.T[:, :, None] * turning
     ways = {label: f for label, f in zip(machine.free_labels, of_bodies, strict=True) if label in ("x", "y")}
-    none = np.zeros_like(turning)
-    forces = np.array([ways.get(d, none).real for d in "xy"])
+    zero = np.zeros_like(turning)
+    forces = np.array([ways.get(d, zero).real for d in "xy"])
     total = forces.sum(axis=1)
-    is_cancelled = np.abs(total).max() <= _CANCELLED * np.abs(forces).max(axis=(0, 2)).sum()
+    is_cancelled = np.abs(total).max() <= _CANCELLATION * np.abs(forces).max(axis=(0, 2)).sum()
     return None if is_cancelled else np.asarray(total)
 
 

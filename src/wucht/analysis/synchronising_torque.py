@@ -37,36 +37,36 @@ _SPEEDS, _SLOWEST = 400, 0.5  # among which a common speed is searched, and the 
 class SynchronisingTorque:
     """Rotors without bodies about them that turn at one speed.
 
-    others: (w^4/2) a_ik (n, n) with a zero diagonal. given: tau_i + c_i (n,). phases: alpha_i (n,), steady ones or others that
-    lead to them without a change of stability. All in the senses of the rotors, in the order of ``machine.bodies``.
+    coupling: (w^4/2) a_ik (n, n) with a zero diagonal. torques: tau_i + c_i (n,). phases: alpha_i (n,), steady ones or others
+    that lead to them without a change of stability. All in the senses of the rotors, in the order of ``machine.bodies``.
     """
 
-    others: np.ndarray
-    given: np.ndarray
+    coupling: np.ndarray
+    torques: np.ndarray
     phases: np.ndarray
 
     def passing(self, phases: np.ndarray) -> np.ndarray:
         """The torque that passes to each rotor (n,) at phases (n,)."""
         turning = np.exp(1j * phases)
-        whole = -(turning * (self.others @ turning).conj()).imag
+        whole = -(turning * (self.coupling @ turning).conj()).imag
         return np.asarray(whole - whole.mean())
 
     def _slopes(self, phases: np.ndarray) -> np.ndarray:
         """The derivatives (n, n) of ``passing``."""
-        change = (self.others * np.exp(-1j * (phases[:, None] - phases))).real
+        change = (self.coupling * np.exp(-1j * (phases[:, None] - phases))).real
         change -= np.diag(change.sum(axis=1))
         return np.asarray(change - change.mean(axis=0))
 
     @property
     def needed(self) -> np.ndarray:
         """What has to pass to each rotor (n,)."""
-        return np.asarray(self.given.mean() - self.given)
+        return np.asarray(self.torques.mean() - self.torques)
 
     @cached_property
     def moment(self) -> float:
         """The torque that has to pass: the most that a rotor gets, or gives. 0 of equal motors."""
         size = float(np.abs(self.needed).max())
-        return size if size > _EQUAL * float(np.abs(self.given).max()) else 0.0
+        return size if size > _EQUAL * float(np.abs(self.torques).max()) else 0.0
 
     @cached_property
     def largest(self) -> float | None:
@@ -74,12 +74,12 @@ class SynchronisingTorque:
 
         Of equal motors it is that between the first rotor and all others.
         """
-        now, first = self.passing(self.phases), np.arange(len(self.given)) == 0
+        now, first = self.passing(self.phases), np.arange(len(self.torques)) == 0
         neutral = self._follow(self.phases, now, -now)
         if neutral.share < 1:
             return None
         direction = self.needed / self.moment if self.moment else np.where(first, 1.0, -1 / (len(first) - 1))
-        return self._follow(neutral.phases, np.zeros(len(first)), direction * self._bound).share * self._bound
+        return self._follow(neutral.phases, np.zeros(len(first)), direction * self._upper_limit).share * self._upper_limit
 
     @property
     def margin(self) -> float | None:
@@ -89,16 +89,16 @@ class SynchronisingTorque:
         return self.largest / self.moment if self.moment else math.inf
 
     @cached_property
-    def _bound(self) -> float:
+    def _upper_limit(self) -> float:
         """A torque that never passes."""
-        return float(2 * np.abs(self.others).sum()) or 1.0
+        return float(2 * np.abs(self.coupling).sum()) or 1.0
 
     def _steady_phases(self, right: np.ndarray, phases: np.ndarray) -> np.ndarray | None:
         """The phases (n,) at which torques (n,) pass, by Newton's method from others near by; None without any."""
         at = phases.copy()
         for _ in range(_ITERATIONS):
             rest = (self.passing(at) - right)[1:]
-            if np.abs(rest).max() <= _CLOSE * self._bound:
+            if np.abs(rest).max() <= _CLOSE * self._upper_limit:
                 return at
             try:
                 at[1:] -= np.linalg.solve(self._slopes(at)[1:, 1:], rest)
@@ -200,9 +200,9 @@ class Exciters:
         """The torque at a common speed, a magnitude, and phases of the other rotors to the main one."""
         w = np.array([speed])
         influence = self._influence(w)[0]
-        given = np.array([float(torque(w)[0]) for torque in self.torques]) + np.diag(influence).imag
+        torques = np.array([float(torque(w)[0]) for torque in self.torques]) + np.diag(influence).imag
         at = np.array([phases.get(name, 0.0) for name in self.names])
-        return SynchronisingTorque(influence - np.diag(np.diag(influence)), given, at)
+        return SynchronisingTorque(influence - np.diag(np.diag(influence)), torques, at)
 
     def common_speed(self, highest: float, phases: Mapping[str, float]) -> float | None:
         """The fastest speed up to one at which all torques together balance in these phases; None where they do not."""

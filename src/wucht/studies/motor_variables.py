@@ -24,9 +24,9 @@ def state_motor_loads(a: Answer, loads: Mapping[str, MotorLoad], mark: str = "")
     over_start = "root mean square of the torque of each motor over the start"
     a.number("starting_rms_torque", of_motors("starting_torque"), over_start, "N m")
     a.number("starting_rms_share", of_motors("starting_share"), f"{over_start}, over its rated one")
-    shown = sorted(loads, key=lambda on: -loads[on].torque_share)[:_MOST]
-    listing = ", ".join(f"{on} {100 * loads[on].torque_share:.3g} %" for on in loads if on in shown)
-    starting = ", ".join(f"{on} {100 * loads[on].starting_share:.3g} %" for on in loads if on in shown)
+    shown_motors = sorted(loads, key=lambda on: -loads[on].torque_share)[:_MOST]
+    listing = ", ".join(f"{on} {100 * loads[on].torque_share:.3g} %" for on in loads if on in shown_motors)
+    starting = ", ".join(f"{on} {100 * loads[on].starting_share:.3g} %" for on in loads if on in shown_motors)
     a.line("motors", "{loads}", loads=f"{listing} of the rated torque in operation; {starting} (rms) over the start{mark}")
     heats = {on: load.heat for on, load in loads.items() if load.heat is not None}
     if heats:
@@ -34,7 +34,7 @@ def state_motor_loads(a: Answer, loads: Mapping[str, MotorLoad], mark: str = "")
         classes = {on: loads[on].trip_class for on in heats}
         what = "fastest trip class of an overload relay that lets the start of each motor pass, IEC 60947-4-1"
         a.number("trip_class", classes, what)
-        texts = [f"{on} {heats[on]:.3g} s, {_class_in_words(classes[on])}" for on in heats if on in shown]
+        texts = [f"{on} {heats[on]:.3g} s, {_class_in_words(classes[on])}" for on in heats if on in shown_motors]
         a.line("start", "{heats}", heats=f"I\u00b2t over that of the rated current: {'; '.join(texts)}")
 
 

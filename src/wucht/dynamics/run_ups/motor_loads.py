@@ -78,15 +78,15 @@ def motor_loads(machine: Machine, motion: Trajectory, window: tuple[float, float
 
     window: of operation. start_end: time at which the start is over.
     """
-    rated = {d: at_rating for d in machine.drives if (at_rating := rated_torque(d)) is not None}
-    if not rated:
+    rated_torques = {d: at_rating for d in machine.drives if (at_rating := rated_torque(d)) is not None}
+    if not rated_torques:
         return {}
-    torques = Evaluator.of(machine.system, [drive_torque(machine, d) for d in rated], [d.path for d in rated])
+    torques = Evaluator.of(machine.system, [drive_torque(machine, d) for d in rated_torques], [d.path for d in rated_torques])
     rows, time = torques(motion.time, motion.states, motion.final_parameter_values), motion.time
     if window[1] <= window[0] or start_end <= time[0]:
         return {}
     loads = dict[str, MotorLoad]()
-    for drive, of_rated in rated.items():
+    for drive, of_rated in rated_torques.items():
         ratio = _ratio(machine, drive)
         speed = ratio * _speed(machine, drive, motion)
         torque = np.broadcast_to(rows[drive.path], time.shape) / ratio
@@ -114,15 +114,15 @@ def _speed(machine: Machine, drive: Drive, motion: Trajectory) -> np.ndarray:
 
 def _current_ratio(machine: Machine, drive: Drive, speed: np.ndarray) -> np.ndarray | None:
     """The current of an induction motor over the rated one at speeds (N,); None of others, and where a schedule feeds it."""
-    scheduled = any(s.parameter.startswith(f"{drive.path}.") for s in machine.schedules)
-    if not isinstance(drive, Induction) or drive.nameplate is None or scheduled:
+    is_scheduled = any(s.parameter.startswith(f"{drive.path}.") for s in machine.schedules)
+    if not isinstance(drive, Induction) or drive.nameplate is None or is_scheduled:
         return None
     plate, values = drive.nameplate, machine.values
     synchronous = drive.synchronous_speed()
-    rated = plate.phase_current or drive.circuit_at(plate.phase_voltage, plate.frequency).current(plate.slip)
+    rated_current = plate.phase_current or drive.circuit_at(plate.phase_voltage, plate.frequency).current(plate.slip)
     circuit = drive.circuit_at(values[f"{drive.path}.voltage"], values[f"{drive.path}.frequency"])
     if synchronous is None:
         return None
     slips = np.concatenate([-_SLIPS[::-1], _SLIPS])
     currents = np.array([circuit.current(float(s)) for s in slips])
-    return np.asarray(np.interp(1 - speed / synchronous, slips, currents) / rated)
+    return np.asarray(np.interp(1 - speed / synchronous, slips, currents) / rated_current)

@@ -121,8 +121,11 @@ class LoadObserver:
         if self.duty_observer is not None:
             duties = self.duty_observer.update(duties, motion)
         if self.with_largest:
-            forces, travels = larger(forces, self._largest_forces(motion)), larger(travels, self._largest_travels(motion))
-            foundation = larger(foundation, largest_forces(self._foundation, motion))
+            forces, travels = (
+                joint_maxima(forces, self._largest_forces(motion)),
+                joint_maxima(travels, self._largest_travels(motion)),
+            )
+            foundation = joint_maxima(foundation, largest_forces(self._foundation, motion))
         observation = self.motion_observer.update(previous.observation, motion)
         return LoadObservation(observation, points, duties, forces, travels, foundation)
 
@@ -150,7 +153,7 @@ def largest_forces(forces: FoundationForces | None, motion: Trajectory) -> dict[
     return {} if forces is None else {key: largest_magnitude(motion.time, [f]) for key, f in forces(motion).items()}
 
 
-def larger(first: Mapping[KeyT, float], second: Mapping[KeyT, float]) -> dict[KeyT, float]:
+def joint_maxima(first: Mapping[KeyT, float], second: Mapping[KeyT, float]) -> dict[KeyT, float]:
     """Return the larger values of two mappings, of the keys of the second one."""
     return {name: max(first.get(name, 0.0), value) for name, value in second.items()}
 

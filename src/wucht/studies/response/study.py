@@ -33,7 +33,13 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
-from wucht.studies.foundation_variables import ISOLATION, TRANSMISSIBILITY, by_support, forces_in_words, state_static_loads
+from wucht.studies.foundation_variables import (
+    ISOLATION,
+    TRANSMISSIBILITY,
+    forces_by_support,
+    forces_in_words,
+    state_static_loads,
+)
 from wucht.studies.from_rest_variables import FROM_REST_WORDS, state_ends_from_rest
 from wucht.studies.key_types import BalancingBodies, Interval, Start, Whole
 from wucht.studies.motion_variables import state_natural_vibrations
@@ -345,7 +351,7 @@ def _state_operation(a: Answer, machine: Machine, operation: Sequence[Operation]
     if fastest is not None and fastest.foundation is not None:
         a.number("transmissibility", fastest.foundation.transmissibility, f"{TRANSMISSIBILITY[0]}, there")
         in_operation = "amplitude of the force of each support on the foundation there, along x and y"
-        a.number("foundation_forces", by_support(fastest.foundation.amplitudes), in_operation, "N")
+        a.number("foundation_forces", forces_by_support(fastest.foundation.amplitudes), in_operation, "N")
         state_static_loads(a, machine)
 
 
