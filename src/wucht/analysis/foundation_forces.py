@@ -13,9 +13,8 @@ from typing import NamedTuple
 import numpy as np
 import sympy as sp
 
-from wucht.analysis.vibration import ForcedVibration, Vibration
+from wucht.analysis.vibration import ForcedVibration
 from wucht.machines.machine import Machine
-from wucht.machines.operation import sense_of
 from wucht.machines.parts.attachment import LineAttachment
 from wucht.machines.parts.carrier import Carrier
 from wucht.machines.parts.planar_carrier import PlanarCarrier
@@ -25,7 +24,6 @@ from wucht.numerics.flow.program import Evaluator
 from wucht.numerics.flow.trajectory import Trajectory
 
 _ROUNDING = 1e-12  # of the largest force at rest
-_CANCELLATION = 1e-6  # of the bodies' forces: what remains of forces that cancel
 
 
 class SupportDirection(NamedTuple):
@@ -118,27 +116,6 @@ class FoundationForces:
         """The forces (N,) beyond those at rest."""
         rows = self.evaluator(motion.time, motion.states, motion.final_parameter_values)
         return {key: np.broadcast_to(rows[str(key)], motion.time.shape) - self.at_rest[key] for key in self.keys}
-
-
-def exciting_force(machine: Machine, motion: Trajectory) -> np.ndarray | None:
-    """The force of the unbalances on the carrier along x and y (2, N), zero where it is not free: U phi'^2, at constant speed.
-
-    None where it cancels, and of a machine in which a mass slides on a turning body.
-    """
-    if machine.sliders:
-        return None
-    senses = np.array([[sense_of(machine, b)] for b in machine.bodies])
-    angles, speeds = (
-        motion.states[[machine.row(getattr(b.coordinate, name)) for b in machine.bodies]] for name in ("position", "velocity")
-    )
-    turning = speeds**2 * np.exp(1j * senses * angles)
-    of_bodies = Vibration.of(machine).excitation.T[:, :, None] * turning
-    ways = {label: f for label, f in zip(machine.free_labels, of_bodies, strict=True) if label in ("x", "y")}
-    zero = np.zeros_like(turning)
-    forces = np.array([ways.get(d, zero).real for d in "xy"])
-    total = forces.sum(axis=1)
-    is_cancelled = np.abs(total).max() <= _CANCELLATION * np.abs(forces).max(axis=(0, 2)).sum()
-    return None if is_cancelled else np.asarray(total)
 
 
 @dataclass(frozen=True)

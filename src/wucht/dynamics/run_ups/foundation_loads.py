@@ -7,16 +7,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wucht.analysis.foundation_forces import FoundationForces, SupportDirection, exciting_force
+from wucht.analysis.foundation_forces import FoundationForces, SupportDirection
 from wucht.analysis.starting import gravity_of
 from wucht.analysis.throw import largest_of
+from wucht.analysis.vibration import Vibration
 from wucht.dynamics.run_ups.observed_loads import mount_places
 from wucht.dynamics.verdicts.noise import Noise
+from wucht.dynamics.verdicts.observation import motion_of
 from wucht.machines.machine import Machine
+from wucht.machines.operation import sense_of
 from wucht.numerics.flow.trajectory import Trajectory
 from wucht.numerics.zeros_and_peaks import extremes
 
 _FEWEST = 8  # samples in the window
+_CANCELLATION = 1e-6  # of the bodies' forces: what remains of forces that cancel
 Forces = Mapping[SupportDirection, float]
 
 
@@ -67,3 +71,22 @@ class FoundationLoads:
         if exciting is not None:
             transmissibility = largest_of(total - total.mean(axis=1, keepdims=True)) / largest_of(exciting[:, inside])
         return cls(amplitudes, peaks, transmissibility)
+
+
+def exciting_force(machine: Machine, motion: Trajectory) -> np.ndarray | None:
+    """The force of the unbalances on the carrier along x and y (2, N), zero where it is not free: U phi'^2, at constant speed.
+
+    None where it cancels, and of a machine in which a mass slides on a turning body.
+    """
+    if machine.sliders:
+        return None
+    senses = np.array([[sense_of(machine, b)] for b in machine.bodies])
+    angles, speeds = np.moveaxis(np.array([motion_of(machine, motion, b) for b in machine.bodies]), 1, 0)
+    turning = speeds**2 * np.exp(1j * senses * angles)
+    of_bodies = Vibration.of(machine).excitation.T[:, :, None] * turning
+    ways = {label: f for label, f in zip(machine.free_labels, of_bodies, strict=True) if label in ("x", "y")}
+    zero = np.zeros_like(turning)
+    forces = np.array([ways.get(d, zero).real for d in "xy"])
+    total = forces.sum(axis=1)
+    is_cancelled = np.abs(total).max() <= _CANCELLATION * np.abs(forces).max(axis=(0, 2)).sum()
+    return None if is_cancelled else np.asarray(total)

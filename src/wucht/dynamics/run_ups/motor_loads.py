@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wucht.dynamics.run_ups.drive_losses import drive_torque
+from wucht.dynamics.verdicts.observation import motion_of
 from wucht.fatigue.bearing_life import mean_over_time
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Drive
@@ -107,9 +108,11 @@ def _rated_speed(drive: Drive) -> float:
 
 def _speed(machine: Machine, drive: Drive, motion: Trajectory) -> np.ndarray:
     """The speed of the driven body against the stator."""
-    speed: np.ndarray = motion.states[machine.row(machine.body(drive.on).coordinate.velocity)]
+    speed = motion_of(machine, motion, machine.body(drive.on))[1]
     turning = dict(zip(machine.labels, machine.carrier, strict=True)).get("r") if drive.stator == "carrier" else None
-    return speed if turning is None else speed - motion.states[machine.row(turning.velocity)]
+    if turning is None or turning.prescribed_velocity is not None:
+        return speed
+    return np.asarray(speed - motion.states[machine.row(turning.velocity)])
 
 
 def _current_ratio(machine: Machine, drive: Drive, speed: np.ndarray) -> np.ndarray | None:
