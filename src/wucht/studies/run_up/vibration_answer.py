@@ -31,10 +31,14 @@ Mark = Callable[..., str]  # of numbers by their keys: in a line, after them
 
 @dataclass(frozen=True)
 class CarrierVibration:
-    """The motion of the carrier's centre of mass at the end, and the largest force of all bodies on it there, in N."""
+    """The motion of the carrier's centre of mass at the end, the largest force of all bodies on it there, and its energy.
+
+    force: in N. energy: the largest kinetic one with the bodies on it, None where it is not free.
+    """
 
     throw: Throw
     force: float
+    energy: float | None
 
     def is_worth_telling(self, deck: float | None) -> bool:
         """True if there is a deck, or the vibration is not negligible."""
@@ -73,7 +77,7 @@ def state_vibration(
         normal = "largest acceleration normal to the deck over that of gravity"
         a.number("deck", deck, "inclination of the deck", "rad")
         a.number("throw_number", throw.throw_number(deck), normal)
-    vibration = CarrierVibration(throw, force)
+    vibration = CarrierVibration(throw, force, energy)
     if not vibration.is_worth_telling(deck):
         return vibration
     ratio, direction = throw.ratio or 0.0, throw.numbers["throw_direction"]
@@ -103,9 +107,9 @@ def state_loads_of_run(
         throw = vibration.throw
         of_deck = "" if deck is None else f"; throw number {{throw_number:.3g}} of a deck at {math.degrees(deck):.3g}\u00b0"
         acceleration = f"{throw.acceleration:.4g} m/s\u00b2, machine number {{machine_number:.3g}}{of_deck}"
-        a.line("acceleration", acceleration + mark("acceleration", "machine_number", "throw_number"))
+        energy = "" if vibration.energy is None else "; kinetic energy {stroke_energy} at most"
+        a.line("acceleration", acceleration + energy + mark("acceleration", "machine_number", "throw_number"))
         of_bodies = f"{force_text(vibration.force)} at most, of the bodies on the carrier"
         a.line("force", of_bodies + mark("bearing_force"))
-        a.line("energy", "{stroke_energy} of the stroke at most")
     tell_isolation(a, static, on_foundation)
     return lives
