@@ -108,7 +108,8 @@ class UserSystem:
 
     def with_values(self, values: Mapping[str, float]) -> UserSystem:
         """The same equations with other values of some parameters. Raises ``WuchtError`` for one that they do not have."""
-        return UserSystem(self.system, {**self.values, **values}, self.title)
+        numbers = {name: _parameter_value(name, value, name) for name, value in values.items()}
+        return UserSystem(self.system, {**self.values, **numbers}, self.title)
 
     def check_values(self, values: Mapping[str, float], location: str | Mapping[str, str] | None = None) -> None:
         """All values are allowed."""
@@ -146,14 +147,16 @@ def equations_from(document: Document, title: str = "") -> UserSystem:
         known_symbols[name] = symbols[name]
     rates = [formula(formula_text, known_symbols, f"system.states.{name}", constant) for name, formula_text in states.items()]
     turning = frozenset(symbols[name] for name in _angles(description, states))
-    numbers = {
-        n: read_quantity(Unit("", f"value of the parameter {n}"), v, f"system.parameters.{n}") for n, v in values.items()
-    }
+    numbers = {n: _parameter_value(n, v, f"system.parameters.{n}") for n, v in values.items()}
     system = System(
         tuple(symbols[n] for n in states), tuple(rates), tuple(symbols[n] for n in values), tuple(meanings), angles=turning
     )
     _refuse_other_periods(system, numbers)
     return UserSystem(system, numbers, title)
+
+
+def _parameter_value(name: str, value: Any, location: str) -> float:
+    return read_quantity(Unit("", f"value of the parameter {name}"), value, location)
 
 
 def _refuse_other_periods(system: System, numbers: Mapping[str, float]) -> None:
