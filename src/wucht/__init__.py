@@ -18,7 +18,7 @@ Questions: ``RunUp``, ``CoastDown``, ``StartStop``, ``DriveFailure``, ``Sweep``,
 ``UserSystem`` (``load_equations``), ``System``, ``compile_system``, ``integrate``, ``periodic_orbit``; any System averaged:
 ``averaged``, ``strongly_damped``, ``separated``. Errors: ``WuchtError``, which is ``InputError`` or ``RunError``.
 
-The layers of the package, each of which knows only those before it: ``errors``, ``schema``, ``piecewise``, ``system``,
+The layers of the package, each of which knows only those before it: ``errors``, ``schema``, ``piecewise``, ``function_trace``, ``system``,
 ``results``, ``numerics``, ``fatigue``, ``mechanics``, ``machines``, ``files``, ``analysis``, ``measurements``, ``cams``,
 ``dynamics``, ``plots``, ``studies``, ``reports``, ``web``, ``extending``, ``cli``.
 """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -82,6 +82,44 @@ class UserSystem:
         """
         description = {"states": dict(states), "parameters": dict(parameters or {}), "definitions": dict(definitions or {})}
         return equations_from(description | {"angles": list(angles)}, title)
+
+    @classmethod
+    def from_function(
+        cls,
+        function: Callable[..., Any],
+        states: Sequence[str],
+        parameters: Mapping[str, float] | None = None,
+        *,
+        angles: Sequence[str] = (),
+        title: str = "",
+    ) -> UserSystem:
+        """Write a Python function f(t, x, p) as formulas, see ``System.from_function``, with values of its parameters.
+
+        Parameters
+        ----------
+        function, states, angles
+            As there.
+        parameters : mapping of str to float, optional
+        title : str
+
+        Raises
+        ------
+        InputError
+            For a value that is no number, and a state in ``angles`` whose rates change by a whole turn.
+        WuchtError
+            As there.
+
+        Examples
+        --------
+        >>> import numpy as np, wucht
+        >>> damped = wucht.UserSystem.from_function(lambda t, x, p: [x[1], -x[0] - 2 * p[0] * x[1]], ["x", "v"], {"d": 0.1})
+        >>> wucht.run(wucht.RunUp(start={"x": 1.0}), damped).wucht.summary["outcome"]
+        'equilibrium'
+        """
+        numbers = {n: _parameter_value(n, v, f"parameters.{n}") for n, v in (parameters or {}).items()}
+        system = System.from_function(function, states, numbers, angles=angles)
+        _refuse_other_periods(system, numbers)
+        return cls(system, numbers, title)
 
     def __post_init__(self) -> None:
         self.system.values(self.values)
