@@ -141,12 +141,12 @@ def with_located_kinks(expression: sp.Expr, constant: Set[sp.Symbol] = frozenset
     return expression.replace(lambda e: isinstance(e, sp.sign) and moves(e), lambda e: PiecewiseCubic(e.args[0], _SIGN))
 
 
-def larger(a: sp.Expr, b: sp.Expr) -> sp.Expr:
+def larger_value(a: sp.Expr, b: sp.Expr) -> sp.Expr:
     """The larger of two values."""
     return (a + b + sp.Abs(a - b)) / 2
 
 
-def smaller(a: sp.Expr, b: sp.Expr) -> sp.Expr:
+def smaller_value(a: sp.Expr, b: sp.Expr) -> sp.Expr:
     """The smaller of two values."""
     return (a + b - sp.Abs(a - b)) / 2
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from wucht.errors import InputError, nearest
-from wucht.piecewise import larger, smaller, with_located_kinks
+from wucht.piecewise import larger_value, smaller_value, with_located_kinks
 from wucht.schema import LARGEST
 
 _LONGEST, _DEEPEST = 5000, 60  # characters of a formula, brackets in one another
@@ -29,7 +29,7 @@ FUNCTIONS: dict[str, tuple[int, Callable[..., sp.Expr]]] = {
     **{f.__name__: (1, f) for f in (sp.sin, sp.cos, sp.tan, sp.asin, sp.acos, sp.atan)},
     **{f.__name__: (1, f) for f in (sp.sinh, sp.cosh, sp.tanh, sp.exp, sp.log)},
     "sqrt": (1, sp.sqrt), "abs": (1, sp.Abs), "sign": (1, sp.sign), "atan2": (2, sp.atan2),
-    "min": (2, smaller), "max": (2, larger),
+    "min": (2, smaller_value), "max": (2, larger_value),
 }  # fmt: skip
 CONSTANTS: dict[str, sp.Expr] = {"pi": sp.pi}
 
