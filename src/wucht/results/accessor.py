@@ -6,6 +6,7 @@ import re
 from functools import cache
 from html import escape
 from typing import TYPE_CHECKING, Any
+from warnings import warn
 
 from wucht.errors import InputError, WuchtError
 from wucht.results.attributes import read_attributes
@@ -70,8 +71,8 @@ class ResultAccessor:
         Sentences on those of these four that cannot be read.
     tables : list of str
         Names of the tables that ``table`` returns.
-    summary_table, branches : DataFrame
-        Two of them: all single numbers, and the points along branches.
+    summary_table, branches, branch_points : DataFrame
+        Three of them: all single numbers, a row for each branch, and the points along all branches.
 
     Raises
     ------
@@ -159,6 +160,18 @@ class ResultAccessor:
 
     @property
     def branches(self) -> pd.DataFrame:
+        """The table ``branches``: range and stability of each branch, a row for each; ``branch_points`` where there is none.
+
+        Warns until version 0.3.0 where it was ``branch_points`` before. Raises ``InputError`` if the result has no branches.
+        """
+        if "branches" not in self.tables:
+            return self.branch_points
+        advice = "result.wucht.branches is the table of this name, a row for each branch; the points are branch_points"
+        warn(advice, FutureWarning, stacklevel=2)
+        return self.table("branches")
+
+    @property
+    def branch_points(self) -> pd.DataFrame:
         """The points along all branches of a result, with the number of its ``branch`` in each row.
 
         Raises ``InputError`` if the result has no branches.

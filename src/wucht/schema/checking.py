@@ -11,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from wucht.errors import InputError, code_of, nearest
+from wucht.schema.python_values import python_value
 from wucht.schema.units import Unit, article
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
@@ -51,6 +52,7 @@ def unit_of(field: FieldInfo | None) -> Unit | None:
 
 def validate_table(cls: type[ModelT], document: Mapping[str, Any], location: str) -> ModelT:
     """Build the instance of a class that a table describes. Raises ``InputError`` for the first fault."""
+    document = python_value(document)
     refuse_unknown(document, fields_of(cls, settable_only=True), location)
     try:
         return cls.model_validate(dict(document))
@@ -138,7 +140,11 @@ def locate_error(cls: type[BaseModel], error: ValidationError, table_location: s
     value = document.get(key, value) if isinstance(document, Mapping) else value
     if kind == "extra_forbidden":
         return InputError(at, value, f"unknown key; {nearest(key, fields)}", code="unknown-key")
-    if unit and isinstance(value, list) and any(e["type"] in ("too_short", "too_long", "missing") for e in error.errors()):
+    if (
+        unit
+        and isinstance(value, list | tuple)
+        and any(e["type"] in ("too_short", "too_long", "missing") for e in error.errors())
+    ):
         return InputError(at, value, "must be one number, or a pair [x, y]", code="pair")
     bounds = {side: getattr(m, side) for side in ("ge", "le") for m in field.metadata if hasattr(m, side)}
     if kind in ("greater_than_equal", "less_than_equal") and len(bounds) == 2:

@@ -20,7 +20,7 @@ from sympy.printing.str import StrPrinter
 
 from wucht.analysis.plausibility import plausibility_notes
 from wucht.errors import InputError
-from wucht.files.catalogue import ABOUT, machine_of
+from wucht.files.catalogue import ABOUT, load_document, machine_of
 from wucht.files.catalogue import equations_of as document_equations
 from wucht.files.documents import Document
 from wucht.files.user_system import UserSystem
@@ -212,3 +212,32 @@ def subject_of(spec: Study | type[Study]) -> SubjectKind:
     module, _, name = spec.subject.partition(":")
     subject: SubjectKind = getattr(import_module(module), name)
     return subject
+
+
+def is_name(spec: Study, subject: Any) -> bool:
+    """True for the path or catalogue name of a file that has the subject of a study.
+
+    False for subjects themselves; a study of one's own may have a path as its subject. Raises ``InputError`` where the question
+    names its files itself.
+    """
+    if not isinstance(subject, str | Path):
+        return False
+    try:
+        subject_of(spec).describe(subject)
+    except InputError as error:
+        if error.location.startswith("study."):
+            raise
+        return True
+    return False
+
+
+def named_subject(spec: Study, name: str | Path, settings: Mapping[str, Any] | None = None) -> Any:
+    """The subject of a study in a file, by its path or catalogue name; the question in the file is not read.
+
+    settings: values by path. Raises ``InputError``: file, key, given value and requirement.
+    """
+    document, path = load_document(str(name))
+    try:
+        return subject_of(spec).from_document(document | {"study": spec.to_table()}, path, str(name), settings or {})[0]
+    except InputError as error:
+        raise error.with_file(path) from None
