@@ -56,7 +56,7 @@ def support_forces(machine: Machine) -> dict[str, dict[str, sp.Expr]]:
     weightless = energies.potential.xreplace({gravity: sp.S.Zero}) if gravity.is_Symbol else energies.potential
     carrier_energies = Energies(potential=weightless, dissipation=energies.dissipation)
     if isinstance(carrier, PlanarCarrier) and carrier.mounts:
-        mounts = range(1, len(carrier.mounts) + 1)
+        mounts = range(1, len(carrier.single_mounts) + 1)
         supports = {f"mount {i}": _only(carrier_energies, [f"carrier.mounts.{k}." for k in mounts if k != i]) for i in mounts}
         forces = {name: {d: _force(e, q) for d, q in ways.items()} for name, e in supports.items()}
     else:
