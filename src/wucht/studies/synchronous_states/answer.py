@@ -121,7 +121,7 @@ def _state_configurations(
     a.number("states", rows, "steady phase configurations", parts=parts)
     for k in select_states([c.verdict for c in states], _MOST):
         c, at = states[k], f"states[{k}]"
-        name = (c.name or "no name") + (f" ({c.type})" if c.type else "")
+        name = (c.name or f"state {k + 1}") + (f" ({c.type})" if c.type else "")
         place = "" if is_speed_given else " at {speed}"
         a.line(f"{name:18} ", f"{_stability(c, is_full)}{place}: {_description(c)}", at=at)
         if is_full:
@@ -142,14 +142,18 @@ def _stability(c: Configuration, is_full: bool) -> str:
 
 
 def _description(c: Configuration) -> str:
-    """Return the text on a state, with a field for its residual unbalance. A phase that is rounded to a whole turn is 0."""
-    degrees = {body: round(math.degrees(phase), 2) % 360 for body, phase in c.phases.items()}
-    angles = ", ".join(f"{body} {phase:.2f}\u00b0" for body, phase in degrees.items())
+    """Return the text on a state, with a field for its residual unbalance."""
     residual = "" if c.share is None else ", {residual_share:%} of the unbalance remains"
     family = f", one of a family of dimension {c.state.dimension}" if c.state.dimension else ""
     several = f", {c.state.multiplicity} ways" if c.state.multiplicity > 1 and not family else ""
     overlap = ", but bodies of a track would overlap" if c.overlapping else ""
-    return f"{angles}{residual}{family}{several}{overlap}"
+    return f"{_angles(c, 2)}{residual}{family}{several}{overlap}"
+
+
+def _angles(c: Configuration, decimals: int) -> str:
+    """Return the phases of a state as text. One that is rounded to a whole turn is 0."""
+    degrees = {body: round(math.degrees(phase), decimals) % 360 for body, phase in c.phases.items()}
+    return ", ".join(f"{body} {phase:.{decimals}f}\u00b0" for body, phase in degrees.items())
 
 
 def _throw_in_words(throw: Throw) -> str:
@@ -216,7 +220,10 @@ def _sentence(states: Sequence[Configuration], *, is_full: bool) -> str:
 
 
 def _name_counts(states: Sequence[Configuration]) -> str:
-    """Return the names of states, each with its count."""
-    counts = Counter(c.name or "without a name" for c in states)
-    order = [n for n in (*NAMES, "without a name") if n in counts]
-    return ", ".join(f"{n} ({counts[n]})" if counts[n] > 1 else n for n in order)
+    """Return the names of states, each with its count; of one that has none its phases, of several how many they are."""
+    counts = Counter(c.name for c in states if c.name)
+    named = [f"{n} ({counts[n]})" if counts[n] > 1 else n for n in NAMES if n in counts]
+    nameless = [c for c in states if not c.name]
+    if len(nameless) == 1:
+        return ", ".join([*named, _angles(nameless[0], 0)])
+    return ", ".join([*named, *([f"{len(nameless)} {'others' if named else 'of them'}"] if nameless else [])])
