@@ -214,9 +214,9 @@ def _fields_of_parts(
 
 def _once(notes: Sequence[str]) -> tuple[str, ...]:
     """Return notes, ``path: text`` each; equal parts share one, ``drives.e1, drives.e2: text``."""
-    paths: dict[str, list[str]] = {}
+    paths: dict[str, dict[str, None]] = {}
     for path, _, text in (note.partition(": ") for note in notes):
-        paths.setdefault(text, []).append(path)
+        paths.setdefault(text, {})[path] = None
     return tuple(f"{', '.join(of_text)}: {text}" for text, of_text in paths.items())
 
 
