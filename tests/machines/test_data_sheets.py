@@ -205,6 +205,9 @@ def test_what_is_given_wins_and_is_no_estimate():
     assert one.torque_at(0.0) == pytest.approx(2.4 * rated, rel=1e-6)
     (estimate,) = one.estimates()
     assert estimate == "breakdown torque ratio 2.9 (estimate, 2.4 to 3.4)"
+    strong = Induction(nameplate=PLATE | {"starting_torque_ratio": 3.6})  # pulls out with no less than it starts with
+    assert strong.breakdown()[2] == pytest.approx(3.6 * rated, rel=1e-6)
+    assert strong.estimates() == ("breakdown torque ratio 3.6 (estimate, 3.6 to 4.3)",)
 
 
 def test_a_breakdown_torque_alone_keeps_the_circuit_that_it_had():

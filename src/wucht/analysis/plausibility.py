@@ -1,8 +1,8 @@
 """Plausibility of a vibratory machine: numbers that are far from what screens and conveyors have in practice.
 
 A machine is taken for one where exciters drive a carrier that translates: two or more driven rotors about which no body
-turns, or one whose unbalance is that of an exciter's data sheet. Practice: acceleration 4 to 9 times that of gravity for
-sieving and grading, 2 to 6 for feeding and drying, stroke 2 e = 2 m r/M, speed of the exciters 3 to 5 times the natural
+turns, or one whose unbalance is that of an exciter's data sheet. Practice: acceleration 2 to 9 times that of gravity, over all
+processes from fluidised beds to sieving, stroke 2 e = 2 m r/M, speed of the exciters 3 to 5 times the natural
 frequency of the support (Italvibras, catalogue of electric vibrators, pages 96 to 98, choice of vibrator and mounts); strokes
 of 2 to 12 mm. Damping ratios are below 0.01 of steel springs and up to 0.15 of rubber (C. M. Harris, A. G. Piersol, Harris'
 Shock and Vibration Handbook, chapters on isolators).

@@ -215,7 +215,8 @@ class InductionNameplate(Nameplate):
         """Return what the plate does not say and is estimated, each with its range, as text."""
         if self.breakdown_torque_ratio is not None:
             return ()
-        breakdown = estimate_text("breakdown torque ratio", self.breakdown_ratio, BREAKDOWN_SPREAD)
+        least = self.starting_torque_ratio or 0.0
+        breakdown = estimate_text("breakdown torque ratio", self.breakdown_ratio, BREAKDOWN_SPREAD, least=least)
         if self.starting_torque_ratio is not None:
             return (breakdown,)
         return breakdown, estimate_text("starting torque ratio", self.typical.starting, STARTING_SPREAD)

@@ -68,6 +68,6 @@ class TypicalMotor:
         return f"typical of {self.power:.4g} kW, {self.poles} poles (catalogue Motive Delphi)"
 
 
-def estimate_text(name: str, value: float, spread: float, unit: str = "") -> str:
-    """Return an estimate with its range as text: ``starting torque ratio 2.7 (estimate, 2.1 to 3.3)``."""
-    return f"{name} {value:.2g}{unit} (estimate, {value / spread:.2g} to {value * spread:.2g})"
+def estimate_text(name: str, value: float, spread: float, unit: str = "", least: float = 0.0) -> str:
+    """Return an estimate with its range as text: ``starting torque ratio 2.7 (estimate, 2.1 to 3.4)``."""
+    return f"{name} {value:.2g}{unit} (estimate, {max(value / spread, least):.2g} to {value * spread:.2g})"
