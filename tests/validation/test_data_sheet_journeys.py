@@ -170,7 +170,7 @@ def test_a_screen_from_its_motors_to_report_and_workbook(wucht: Command, here: P
 def test_a_motor_lifts_the_hanging_weights_or_does_not(
     torques: str, starting: float, outcome: str, wucht: Command, here: Path
 ) -> None:
-    """44.1 N m hold the weights; of a torque that comes suddenly max (1 - cos x)/x = 0.725 of it carries them over: 32.0 N m."""
+    """44.1 N m hold the weights; 0.725 of it, max (1 - cos x)/x, carry them over if they come at once: 32.0 N m."""
     write_screen(here, torques)
     start = ("--set", "study.start.e1=-90 deg", "--set", "study.start.e2=-90 deg")
     s = wucht("run", "screen.toml", *start, "--json").document["summary"]
