@@ -16,7 +16,7 @@ import xarray as xr
 from scipy.integrate import quad
 
 import wucht
-from wucht import CamCorrection, CamPrediction
+from wucht import CamContour, CamCorrection, CamPrediction
 from wucht.cams.drive import cam_drive_from
 
 pytestmark = pytest.mark.usefixtures("coarse_angles")
@@ -164,3 +164,21 @@ def test_a_prediction_is_off_the_law_with_the_original_cam_alone() -> None:
     by_differences = s["mean_speed"] ** 2 * np.abs(np.gradient(np.gradient(over_time, tau), tau)).max()
     assert s["peak_acceleration"]["original"] == pytest.approx(by_differences, rel=1e-3)
     assert s["peak_acceleration"]["corrected"] == pytest.approx(117.8097, rel=1e-6)
+
+
+def test_a_contour_states_the_acceleration_of_its_own_cam(result: xr.Dataset) -> None:
+    """With the table [speed] that of the correction, with either cam; at a constant speed that of the law; none without one."""
+    given = {"law": RISE, "follower": {"kind": "flat-faced", "distance": "150 mm"}}
+    coarse = {"points": 16, "chord_tolerance": "50 um"}
+
+    def peak(table: Any = None, **asked: Any) -> float | None:
+        tables = given | ({"speed": table} if table else {})
+        contour = wucht.run(CamContour(**coarse, **asked), cam_drive_from(tables, "slide", Path()))
+        value: float | None = contour.wucht.summary["peak_acceleration"]
+        return value
+
+    s = result.wucht.summary
+    assert peak(SPEED, corrected=False) == pytest.approx(s["peak_before"], rel=1e-4)
+    assert peak(SPEED, corrected=True) == pytest.approx(s["peak_after"], rel=1e-6)
+    assert peak(SPEED, speed="250 rpm") == pytest.approx(s["peak_after"] / 4, rel=1e-6)
+    assert peak() is None
