@@ -16,7 +16,7 @@ from wucht.fatigue.counted_cycles import RangeMeanMatrix, frequency_distance
 from wucht.fatigue.damage import WoehlerLine
 from wucht.fatigue.load_counting import MOST_ROWS, CountedLoad, LoadCounting
 from wucht.measurements.recording import Channel
-from wucht.results.formatting import plain_number, unit_in_print
+from wucht.results.formatting import plain_number
 from wucht.studies.answer import Answer
 from wucht.studies.bearing_variables import state_lives
 
@@ -124,8 +124,7 @@ def _state_sentence(a: Answer, signal: Signal, whole: CountedLoad, damages: Sequ
     if not whole.cycles.total:
         a.sentence = "there is no cycle to count"
         return
-    factor, unit = unit_in_print(signal.unit)
-    largest = f"{factor * whole.cycles.largest:.4g} {unit}".rstrip()
+    largest = a.in_words(whole.cycles.largest, signal.unit)
     a.sentence = f"{whole.cycles.total:.10g} cycles, the largest of range {largest}"
     a.sentence += "" if damages is None else f"; damage {damages[0]:.4g}"
 
