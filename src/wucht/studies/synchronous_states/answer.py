@@ -10,14 +10,16 @@ from typing import Any
 import numpy as np
 
 from wucht.analysis.configurations.averaged_stability import REGIONS, Regions
-from wucht.analysis.configurations.configuration import NAMES, STABLE, STABLE_SLOW, UNDECIDED, Configuration
+from wucht.analysis.configurations.configuration import NAMES, STABLE, STABLE_SLOW, UNDECIDED, UNSTABLE, Configuration
 from wucht.analysis.configurations.search import StateSearch
 from wucht.analysis.configurations.torques import SteadyTorques
+from wucht.analysis.synchronising_torque import SynchronisationMargin, has_exciters
 from wucht.analysis.throw import NUMBERS, Throw
 from wucht.analysis.vibration import unbalances
 from wucht.machines.machine import Machine
 from wucht.studies.answer import Answer
 from wucht.studies.motion_variables import state_natural_vibrations
+from wucht.studies.synchronisation_variables import margin_in_words, synchronisation_columns
 from wucht.studies.synchronous_states.figure import select_states
 
 _NOTHING = {float: math.nan, int: -1}  # where the summary has None
@@ -58,7 +60,7 @@ def state_synchronous(
     a.line("speed", "{speed}, given")
     a.number("range", speeds and [sense * w for w in speeds], "lowest and highest speed of the search", "speed")
     a.number("full", is_full, "whether the multipliers of the full equations are computed")
-    _state_configurations(a, machine, states, is_full=is_full, is_speed_given=fixed_speed is not None)
+    _state_configurations(a, torques.machine, states, is_full=is_full, is_speed_given=fixed_speed is not None)
     _state_bodies(a, machine, torques, states)
     a.number("complete", search.complete, "whether these are proved to be all states")
     a.number("shown", search.evidence, "evidence for that")
@@ -103,6 +105,7 @@ def _state_configurations(
         "growth_full": ([full for _, full in growths], "fastest growth in the full equations", rate),
         "why": ([c.reason for c in states], "reason why the equations disagree or do not decide", ""),
     }  # fmt: skip
+    margins = [None if c.verdict.startswith(UNSTABLE) else SynchronisationMargin.of(machine, c.speed, c.phases) for c in states]
     a.curve("state", np.arange(len(states)), "state")
     for name, kind in _VARIABLES.items():
         values, what, unit = columns[name]
@@ -111,6 +114,10 @@ def _state_configurations(
     rows = [dict(zip(columns, row, strict=True)) for row in zip(*(values for values, *_ in columns.values()), strict=True)]
     rows = [row | ({} if c.throw is None else c.throw.numbers) for row, c in zip(rows, states, strict=True)]
     parts = {name: (what, unit) for name, (_, what, unit) in columns.items()} | NUMBERS
+    if has_exciters(machine):
+        of_margins = synchronisation_columns(margins)
+        rows = [row | {name: of[k] for name, (of, *_) in of_margins.items()} for k, row in enumerate(rows)]
+        parts |= {name: (what, a.unit(*unit)) for name, (_, what, *unit) in of_margins.items()}
     a.number("states", rows, "steady phase configurations", parts=parts)
     for k in select_states([c.verdict for c in states], _MOST):
         c, at = states[k], f"states[{k}]"
@@ -121,6 +128,8 @@ def _state_configurations(
             a.line("", "{why}", at=at)
         if c.throw is not None and c.throw.machine_number >= _GENTLE and not c.verdict.startswith("unstable"):
             a.line("", _throw_in_words(c.throw))
+        if (margin := margins[k]) is not None:
+            a.line("", margin_in_words(margin), at=at)
     if len(states) > _MOST:
         a.line(f"and {len(states) - _MOST} more: see the Dataset", "")
 
