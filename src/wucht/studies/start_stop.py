@@ -30,6 +30,7 @@ from wucht.plots.style import COLOURS, line_style, mark_natural_frequencies
 from wucht.results.formatting import abscissa_label, with_unit
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
+from wucht.studies.foundation_variables import state_largest_forces, state_static_loads
 from wucht.studies.key_types import DEFAULT_TOLERANCE, Engine, Start, Tolerance
 from wucht.studies.motion_variables import state_natural_vibrations
 from wucht.studies.next_question import NextQuestion
@@ -255,6 +256,9 @@ def _state_loads(a: Answer, runs: list[LoadedRun]) -> None:
     a.number("bearing_forces", forces, "largest force of each rotor, with the bodies about it, on the carrier", "force")
     a.number("mount_travel", travels, "largest distance of each mount from its position at rest", "length")
     a.line("bearings", f"{_fields('bearing_forces', forces)} at most, of each rotor on the carrier")
+    static = state_static_loads(a, runs[0].case.machine)
+    for way, run in zip(("up", "down"), runs, strict=False):
+        state_largest_forces(a, way, static, run.loads.foundation_forces)
     if travels:
         a.line("travel", f"{_fields('mount_travel', travels)} at most from rest")
 
