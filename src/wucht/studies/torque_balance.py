@@ -27,6 +27,7 @@ from wucht.studies.answer import Answer
 from wucht.studies.from_rest_variables import FROM_REST_WORDS, state_ends_from_rest
 from wucht.studies.key_types import BalancingBodies, Interval, Start, Whole
 from wucht.studies.motion_variables import state_natural_vibrations
+from wucht.studies.motor_variables import state_motor_shares
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.starting_variables import not_started_statement, state_starting_torques
 from wucht.studies.study import Study
@@ -161,6 +162,7 @@ def _state_balance(
     )
     state_ends_from_rest(a, from_rest)
     _state_points(a, operating, is_reached, in_steady_phases=steady.torques is not None)
+    state_motor_shares(a, steady.machine, rotor, max(stable_speeds, key=abs, default=None))
     _state_machine(a, steady, curves[0])
 
 
