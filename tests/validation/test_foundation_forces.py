@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from wucht import CoastDown, Response, RunUp, StartStop, load_machine, run
+from wucht import CoastDown, Response, RunUp, StartStop, load_machine, run, run_file
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 
@@ -107,6 +107,25 @@ def test_a_foundation_of_its_own_takes_its_share() -> None:
     summary, w = result.wucht.summary, result.wucht.summary["operating_speed"]
     below = result.displacement_amplitude.sel(direction="foundation").interp(speed=w)
     assert summary["foundation_forces"]["carrier"]["y"] == pytest.approx(3e5 * float(below), rel=1e-4)
+
+
+def test_friction_dampers_and_buffers_are_supports_of_their_own() -> None:
+    """Each damper slips at 60 N along its line, at 60 and 120 degrees; the buffers at 12 mm are not reached."""
+    peaks = run_file("practice/laundry-drum-friction").wucht.summary["peak_foundation_forces"]
+    along_line = {"x": pytest.approx(30.0, rel=0.01), "y": pytest.approx(60.0 * math.sin(math.pi / 3), rel=0.01)}
+    assert peaks["left"] == along_line and peaks["right"] == along_line
+    assert peaks["buffer"] == {"x": 0.0, "y": 0.0}
+
+
+def test_forces_at_rest_are_no_vibration() -> None:
+    """A balanced rotor: nothing but the weight, and no exciting force to take a share of."""
+    rotor = {"kind": "rotor", "name": "fan", "mass": 10.0, "eccentricity": 0.0, "inertia": 0.1}
+    carrier = {"directions": "xy", "mass": 90.0, "stiffness": 4e4, "damping": 400.0, "gravity": G}
+    drive = {"on": "fan", "kind": "linear", "slope": 10.0, "no_load_speed": 100.0}
+    summary = run(RunUp(until=3.0), machine_from({"carrier": carrier, "bodies": [rotor], "drives": [drive]})).wucht.summary
+    assert summary["foundation_forces"] == summary["peak_foundation_forces"] == {"carrier": {"x": 0.0, "y": 0.0}}
+    assert summary["transmissibility"] is None
+    assert summary["static_foundation_forces"]["carrier"]["y"] == pytest.approx(-MASS * G)
 
 
 def test_machines_without_weight_or_supports_state_no_static_loads() -> None:

@@ -17,6 +17,7 @@ from wucht import RunUp, TorqueBalance, run
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
 from wucht.machines.parts.induction import Induction
+from wucht.machines.schedules import schedules_of
 
 PLATE = {
     "power": 3000.0, "speed": 1450 * math.pi / 30, "voltage": 400.0, "frequency": 50.0, "breakdown_torque_ratio": 2.8,
@@ -104,10 +105,24 @@ def test_motors_without_a_nameplate_state_nothing() -> None:
 
 def test_a_schedule_of_the_supply_leaves_the_current_out() -> None:
     ramp = {"parameter": "drive.voltage", "points": [[0, 100], [2, 230]]}
-    machine = fan(0.5, RATED).with_fields()
-    from wucht.machines.schedules import schedules_of
-
+    machine = fan(0.5, RATED)
     scheduled = machine.with_fields(schedules=schedules_of([ramp], machine.parameters, machine.parts, "s"))
     summary = run(RunUp(until=6.0), scheduled).wucht.summary
     assert summary["motor_torque_share"]["fan"] == pytest.approx(1.0, rel=0.01)
     assert "starting_heat" not in summary
+
+
+def test_a_motor_that_does_not_start_has_no_start() -> None:
+    """It stands under its starting torque: a class of relay that lets that pass would be no advice."""
+    held = machine_from(
+        {
+            "carrier": {"directions": "fixed"},
+            "bodies": [{"kind": "rotor", "name": "fan", "mass": 10.0, "eccentricity": 0.0, "inertia": 0.5}],
+            "drives": [{"kind": "induction", "nameplate": PLATE}],
+            "loads": [{"kind": "coulomb", "torque": 10 * RATED}],
+        }
+    )
+    summary = run(RunUp(until=5.0), held).wucht.summary
+    assert summary["outcome"] == "not-started"
+    assert summary["motor_torque_share"]["fan"] > 1
+    assert not [key for key in summary if key.startswith(("starting_rms", "starting_heat", "trip"))]

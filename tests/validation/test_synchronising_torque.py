@@ -18,6 +18,7 @@ from scipy.optimize import minimize
 from wucht import DriveFailure, RunUp, SynchronousStates, load_machine, run, run_file
 from wucht.files.building import machine_from
 from wucht.machines.machine import Machine
+from wucht.studies.study_file import read_study
 
 UNBALANCE, ARM, SPEED, SLOPE, MASS, INERTIA = 0.4, 1.0, 150.0, 2.0, 400.0, 100.0
 SOFT = 1.0  # rad/s: natural frequency, for which the forms of a free body are right to (SOFT/SPEED)^2
@@ -125,6 +126,22 @@ def test_screens_of_the_catalogue_run_as_their_margin_says(name: str, is_synchro
     summary = run_file(name).wucht.summary
     assert (summary["outcome"] == "synchronised") is is_synchronous
     assert (summary["synchronisation_margin"] > 1) is is_synchronous
+
+
+@pytest.mark.slow
+def test_it_is_half_the_width_of_the_band_of_entrainment() -> None:
+    """Linear drives whose no-load speeds differ by d, at one mean, need the slope times d/2: where it cannot pass, the band
+    ends.
+
+    Along the band the common speed falls a little, which the margin, at one speed, leaves out.
+    """
+    study = read_study("sperling-vibration/self-synchronisation-soft", {"study.kind": "entrainment", "study.points": 5})
+    machine = study.subject
+    states = run(SynchronousStates(full=False), machine).wucht.summary["states"]
+    state = max((s for s in states if s["stable_slow"]), key=lambda s: abs(s["speed"]))
+    low, high = run(study.spec, machine).wucht.summary["existence_band"]
+    widest = 2 * state["largest_moment"] / machine.values["drives.e1.slope"]
+    assert [-low, high] == pytest.approx([widest, widest], rel=0.02)
 
 
 def test_tolerances_of_the_slip_lower_the_margin() -> None:

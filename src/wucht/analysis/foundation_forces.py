@@ -103,19 +103,20 @@ class FoundationForces:
         keys = tuple(SupportDirection(name, d) for name, of_support in forces.items() for d in of_support)
         expressions = [forces[key.support][key.direction] for key in keys]
         evaluator = Evaluator.of(machine.system, expressions, [str(key) for key in keys])
-        state = np.zeros((len(machine.state_names), 1))
-        for q, rest in zip(machine.carrier, machine.rest.tolist(), strict=True):
-            if q.prescribed_velocity is None:
-                state[machine.row(q.position)] = rest
-        at_rest = evaluator(np.zeros(1), state, machine.system.values(machine.values))
-        forces_at_rest = {key: float(np.ravel(at_rest[str(key)])[0]) for key in keys}
+        # Not by the evaluator, in which schedules give parameters the values of a time: these are the machine's.
+        resting = dict.fromkeys(machine.system.states, sp.S.Zero)
+        resting |= {q.position: sp.Float(rest) for q, rest in zip(machine.carrier, machine.rest.tolist(), strict=True)}
+        at_rest = machine.evaluate(*(sp.sympify(f).xreplace(resting) for f in expressions))
+        forces_at_rest = dict(zip(keys, map(float, at_rest), strict=True))
         rounding = _ROUNDING * max(map(abs, forces_at_rest.values()))
         return cls(evaluator, keys, {key: f if abs(f) > rounding else 0.0 for key, f in forces_at_rest.items()})
 
     def __call__(self, motion: Trajectory) -> dict[SupportDirection, np.ndarray]:
         """The forces (N,) beyond those at rest."""
         rows = self.evaluator(motion.time, motion.states, motion.final_parameter_values)
-        return {key: np.broadcast_to(rows[str(key)], motion.time.shape) - self.at_rest[key] for key in self.keys}
+        forces = {key: np.broadcast_to(rows[str(key)], motion.time.shape) - self.at_rest[key] for key in self.keys}
+        rounding = _ROUNDING * max(map(abs, self.at_rest.values()))
+        return {key: np.where(np.abs(f) > rounding, f, 0.0) for key, f in forces.items()}
 
 
 @dataclass(frozen=True)

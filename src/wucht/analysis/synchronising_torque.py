@@ -29,7 +29,7 @@ _SMALL_MOTOR, _SLIP_OF_SMALL, _SLIP = 1e3, 0.3, 0.2  # W, and the tolerances of 
 _MOST_MOTORS = 6  # whose tolerances are combined in all ways
 _EQUAL = 1e-9  # of the torques: a smaller difference is none
 _ITERATIONS, _CLOSE = 30, 1e-12  # of Newton's method, and its last residual, of a torque that never passes
-_LONGEST, _FINEST = 0.2, 1e-9  # rad, of the change of phases in a step, and share of the torque to which its end is found
+_LONGEST, _FINEST = 0.2, 1e-6  # rad, of the change of phases in a step, and share of the torque to which its end is found
 _SPEEDS, _SLOWEST = 400, 0.5  # among which a common speed is searched, and the lowest of them, of the highest
 
 
@@ -74,6 +74,10 @@ class SynchronisingTorque:
 
         Of equal motors it is that between the first rotor and all others.
         """
+        if not self.coupling.any():
+            return 0.0
+        if len(self.torques) == 2:  # half of P_1 - P_2 = Im (b_12 + conj b_21) exp(i (alpha_2 - alpha_1)), b the coupling
+            return float(abs(self.coupling[0, 1] + self.coupling[1, 0].conjugate()) / 2)
         now, first = self.passing(self.phases), np.arange(len(self.torques)) == 0
         neutral = self._follow(self.phases, now, -now)
         if neutral.share < 1:
@@ -91,7 +95,7 @@ class SynchronisingTorque:
     @cached_property
     def _upper_limit(self) -> float:
         """A torque that never passes."""
-        return float(2 * np.abs(self.coupling).sum()) or 1.0
+        return float(2 * np.abs(self.coupling).sum())
 
     def _steady_phases(self, right: np.ndarray, phases: np.ndarray) -> np.ndarray | None:
         """The phases (n,) at which torques (n,) pass, by Newton's method from others near by; None without any."""
@@ -163,7 +167,7 @@ class SynchronisationMargin:
 
     @classmethod
     def _from_torque(cls, torque: SynchronisingTorque, within: float | None) -> SynchronisationMargin | None:
-        if torque.largest is None or torque.margin is None:
+        if torque.largest is None or torque.margin is None or not (torque.largest or torque.moment):
             return None
         return cls(torque.largest, torque.moment, torque.margin if torque.moment else None, within)
 
@@ -228,7 +232,8 @@ def margin_within_tolerances(machine: Machine, phases: Mapping[str, float]) -> f
     """The least margin for motors whose slips deviate by their tolerances, each to either side; None where not known.
 
     IEC 60034-1:2010, table 20: 20 per cent of the guaranteed slip, of motors below 1 kW 30 per cent. With another resistance of
-    the rotor each torque, that of the breakdown too, belongs to a slip that is as many times larger. phases: steady ones, in
+    the rotor each torque, that of the breakdown too, belongs to a slip that is as many times larger; where the motors run, the
+    tolerances of breakdown and starting torque do not count. phases: steady ones, in
     which the common speed is that of all torques together. All drives have to be induction motors with a nameplate.
     """
     plates = {d: d.nameplate for d in machine.drives if isinstance(d, Induction) and d.nameplate is not None}

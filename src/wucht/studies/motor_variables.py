@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
-from wucht.dynamics.run_ups.motor_loads import MotorLoad, torque_share
+from wucht.dynamics.run_ups.motor_loads import MotorLoad, StartLoad, torque_share
 from wucht.machines.machine import Machine
 from wucht.studies.answer import Answer
 
@@ -15,27 +15,32 @@ def state_motor_loads(a: Answer, loads: Mapping[str, MotorLoad], mark: str = "")
     """State the load of motors whose rated data are known, by the body that they drive, with lines on it."""
     if not loads:
         return
+    torques, powers = ({on: getattr(load, name) for on, load in loads.items()} for name in ("torque_share", "power_share"))
+    a.number("motor_torque_share", torques, "mean torque of each motor at the end over its rated one")
+    a.number("motor_power_share", powers, "mean power of each motor at the end over its rated one")
+    first = sorted(loads, key=lambda on: -torques[on])[:_MOST]
+    in_operation = ", ".join(f"{on} {100 * torques[on]:.3g} %" for on in loads if on in first)
+    starts = {on: load.start for on, load in loads.items() if load.start is not None}
+    over_start = ", ".join(f"{on} {100 * start.share:.3g} %" for on, start in starts.items() if on in first)
+    at_start = f"; {over_start} (rms) over the start" if over_start else ""
+    a.line("motors", "{loads}", loads=f"{in_operation} of the rated torque in operation{at_start}{mark}")
+    if starts:
+        _state_starts(a, starts, first)
 
-    def of_motors(name: str) -> dict[str, float | str | None]:
-        return {on: getattr(load, name) for on, load in loads.items()}
 
-    a.number("motor_torque_share", of_motors("torque_share"), "mean torque of each motor at the end over its rated one")
-    a.number("motor_power_share", of_motors("power_share"), "mean power of each motor at the end over its rated one")
-    over_start = "root mean square of the torque of each motor over the start"
-    a.number("starting_rms_torque", of_motors("starting_torque"), over_start, "N m")
-    a.number("starting_rms_share", of_motors("starting_share"), f"{over_start}, over its rated one")
-    shown_motors = sorted(loads, key=lambda on: -loads[on].torque_share)[:_MOST]
-    listing = ", ".join(f"{on} {100 * loads[on].torque_share:.3g} %" for on in loads if on in shown_motors)
-    starting = ", ".join(f"{on} {100 * loads[on].starting_share:.3g} %" for on in loads if on in shown_motors)
-    a.line("motors", "{loads}", loads=f"{listing} of the rated torque in operation; {starting} (rms) over the start{mark}")
-    heats = {on: load.heat for on, load in loads.items() if load.heat is not None}
-    if heats:
-        a.number("starting_heat", heats, "I^2 t of each motor over the start, in units of its rated current squared", "s")
-        classes = {on: loads[on].trip_class for on in heats}
-        what = "fastest trip class of an overload relay that lets the start of each motor pass, IEC 60947-4-1"
-        a.number("trip_class", classes, what)
-        texts = [f"{on} {heats[on]:.3g} s, {_class_in_words(classes[on])}" for on in heats if on in shown_motors]
-        a.line("start", "{heats}", heats=f"I\u00b2t over that of the rated current: {'; '.join(texts)}")
+def _state_starts(a: Answer, starts: Mapping[str, StartLoad], first: Sequence[str]) -> None:
+    """State torque and heat of motors over a start. first: those that are named."""
+    what = "root mean square of the torque of each motor over the start"
+    a.number("starting_rms_torque", {on: start.torque for on, start in starts.items()}, what, "N m")
+    a.number("starting_rms_share", {on: start.share for on, start in starts.items()}, f"{what}, over its rated one")
+    heats = {on: start.heat for on, start in starts.items() if start.heat is not None}
+    if not heats:
+        return
+    a.number("starting_heat", heats, "I^2 t of each motor over the start, in units of its rated current squared", "s")
+    what = "fastest trip class of an overload relay that lets the start of each motor pass, IEC 60947-4-1"
+    classes = a.number("trip_class", {on: starts[on].trip_class for on in heats}, what)
+    texts = [f"{on} {heat:.3g} s, {_class_in_words(classes[on])}" for on, heat in heats.items() if on in first]
+    a.line("start", "{heats}", heats=f"I\u00b2t over that of the rated current: {'; '.join(texts)}")
 
 
 def state_motor_shares(a: Answer, machine: Machine, rotor: str, speed: float | None) -> None:

@@ -14,6 +14,7 @@ from wucht.analysis.vibration import Vibration
 from wucht.dynamics.run_ups.observed_loads import mount_places
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.observation import motion_of
+from wucht.dynamics.verdicts.verdict import Verdict
 from wucht.machines.machine import Machine
 from wucht.machines.operation import sense_of
 from wucht.numerics.flow.trajectory import Trajectory
@@ -47,7 +48,7 @@ class FoundationLoads:
     """What a run puts on the foundation beyond the weight.
 
     amplitudes: half the range in the last window. peaks: the largest magnitude in the whole run. transmissibility: largest
-    force of all supports together over that of the unbalances, in the last window; None where these cancel.
+    force of all supports together over that of the unbalances, in the last window; None where these cancel, or nothing turns.
     """
 
     amplitudes: Forces
@@ -55,8 +56,9 @@ class FoundationLoads:
     transmissibility: float | None
 
     @classmethod
-    def of(cls, machine: Machine, motion: Trajectory, window: tuple[float, float], noise: Noise) -> FoundationLoads | None:
+    def of(cls, machine: Machine, motion: Trajectory, verdict: Verdict, noise: Noise) -> FoundationLoads | None:
         """The loads of a motion. None for a machine without supports, and for a window of few samples."""
+        window = verdict.window
         inside, forces = (motion.time >= window[0]) & (motion.time <= window[1]), FoundationForces.of(machine)
         if forces is None or np.count_nonzero(inside) < _FEWEST:
             return None
@@ -66,7 +68,7 @@ class FoundationLoads:
         amplitudes = {key: noise.without(float(np.ptp(extremes(f[inside]))) / 2, most) for key, f in values.items()}
         zero = np.zeros(np.count_nonzero(inside))
         total = np.array([sum((f[inside] for key, f in values.items() if key.direction == d), zero) for d in "xy"])
-        exciting = exciting_force(machine, motion)
+        exciting = exciting_force(machine, motion) if verdict.evidence.turning else None
         transmissibility = None
         if exciting is not None:
             transmissibility = largest_of(total - total.mean(axis=1, keepdims=True)) / largest_of(exciting[:, inside])

@@ -25,31 +25,40 @@ _SLIPS = np.geomspace(1e-6, 3.0, 400)  # at which the current is computed, of ei
 
 
 @dataclass(frozen=True)
-class MotorLoad:
-    """The load of a motor, in its own torque and speed before a transmission. Torques in N m.
+class StartLoad:
+    """The load of a motor over a start.
 
-    torque_share, power_share: mean torque and power in operation over the rated ones. starting_torque: root of the mean square
-    over the start; starting_share: over the rated torque. heat: I^2 t over the start in units of the rated current squared, in
+    torque: root of the mean square, in N m; share: over the rated torque. heat: I^2 t in units of the rated current squared, in
     s, None where the current is not known.
     """
 
-    torque_share: float
-    power_share: float
-    starting_torque: float
-    starting_share: float
+    torque: float
+    share: float
     heat: float | None
 
     @property
     def trip_class(self) -> str | None:
         """The fastest class of overload relays, set to the rated current, that lets the start pass from cold; None without.
 
-        A relay heats as I^2 t without losing heat, so that it waits longer in truth: at 7.2 times its current it does not trip
-        before a least time (IEC 60947-4-1:2009, table 3).
+        At 7.2 times its current a relay does not trip before a least time (IEC 60947-4-1:2009, table 3); the heat that it may
+        take is that of this test. It loses heat during a start, so that in truth it waits longer.
         """
         if self.heat is None:
             return None
         heats = {name: _TEST_CURRENT**2 * time for name, time in _LEAST_TRIPPING_TIMES.items()}
         return next((name for name, heat in heats.items() if self.heat < heat), None)
+
+
+@dataclass(frozen=True)
+class MotorLoad:
+    """The load of a motor, in its own torque and speed before a transmission. Torques in N m.
+
+    torque_share, power_share: mean torque and power in operation over the rated ones. start: None where it is not over.
+    """
+
+    torque_share: float
+    power_share: float
+    start: StartLoad | None
 
 
 def rated_torque(drive: Drive) -> float | None:
@@ -74,17 +83,19 @@ def _ratio(machine: Machine, drive: Drive) -> float:
     return 1.0 if drive.transmission is None else machine.values[f"{drive.path}.transmission.ratio"]
 
 
-def motor_loads(machine: Machine, motion: Trajectory, window: tuple[float, float], start_end: float) -> dict[str, MotorLoad]:
+def motor_loads(
+    machine: Machine, motion: Trajectory, window: tuple[float, float], start_end: float | None
+) -> dict[str, MotorLoad]:
     """Return the loads of the motors with a nameplate, by the body that they drive.
 
-    window: of operation. start_end: time at which the start is over.
+    window: of operation. start_end: time at which the start is over, None where it is not.
     """
     rated_torques = {d: at_rating for d in machine.drives if (at_rating := rated_torque(d)) is not None}
     if not rated_torques:
         return {}
     torques = Evaluator.of(machine.system, [drive_torque(machine, d) for d in rated_torques], [d.path for d in rated_torques])
     rows, time = torques(motion.time, motion.states, motion.final_parameter_values), motion.time
-    if window[1] <= window[0] or start_end <= time[0]:
+    if window[1] <= window[0]:
         return {}
     loads = dict[str, MotorLoad]()
     for drive, of_rated in rated_torques.items():
@@ -92,12 +103,14 @@ def motor_loads(machine: Machine, motion: Trajectory, window: tuple[float, float
         speed = ratio * _speed(machine, drive, motion)
         torque = np.broadcast_to(rows[drive.path], time.shape) / ratio
         mean, power = (mean_over_time(time, x, *window) for x in (torque, torque * speed))
-        square = math.sqrt(mean_over_time(time, torque**2, time[0], start_end))
-        currents, heat = _current_ratio(machine, drive, speed), None
-        if currents is not None:
-            heat = (start_end - time[0]) * mean_over_time(time, currents**2, time[0], start_end)
-        rated_power = of_rated * _rated_speed(drive)
-        loads[drive.on] = MotorLoad(abs(mean) / of_rated, power / rated_power, square, square / of_rated, heat)
+        start = None
+        if start_end is not None and start_end > time[0]:
+            square = math.sqrt(mean_over_time(time, torque**2, time[0], start_end))
+            currents, heat = _current_ratio(machine, drive, speed), None
+            if currents is not None:
+                heat = (start_end - time[0]) * mean_over_time(time, currents**2, time[0], start_end)
+            start = StartLoad(square, square / of_rated, heat)
+        loads[drive.on] = MotorLoad(abs(mean) / of_rated, power / (of_rated * _rated_speed(drive)), start)
     return loads
 
 

@@ -76,13 +76,15 @@ def fill_motion(
     peak = f", {{peak_amplitude}} at most{mark('peak_amplitude')}"
     a.line("amplitude", f"{{final_amplitude}} at the end{mark('final_amplitude')}{peak}")
     _tell_end(a, verdict, depth, mark)
-    lives = dict[str, BearingLife]()
+    lives, is_alone = dict[str, BearingLife](), len(machine.rotors) == 1
+    if is_alone:  # of exciters that run far above it, loads and lives are asked first
+        _tell_resonance(a, at_end)
     if motion.model.name == "full":
         lives = state_loads_of_run(a, motion, vibration, deck, noise, mark)
     if verdict.outcome is Outcome.SYNCHRONISED:
         _tell_mean_speeds(a, verdict, mark)
-    if natural_frequencies(at_end):
-        a.line("resonance", "{natural_frequencies}")
+    if not is_alone:
+        _tell_resonance(a, at_end)
     numbers = dimensionless_numbers(at_end)
     if numbers and not machine.dimensionless:
         a.line("in numbers", ", ".join(f"{name} {value:.4g}" for name, value in numbers.items()))
@@ -93,6 +95,12 @@ def fill_motion(
     a.line("energy", "balance closed to {energy_residual:.1e}")
     a.add(replace(q, in_summary=q.name in _KEYS, headline=q.name == "peak_amplitude") for q in variables)
     a.warn(*bearing_warnings(lives), *([check.warning()] if check is not None and check.is_stiffer else []))
+
+
+def _tell_resonance(a: Answer, machine: Machine) -> None:
+    """Add a line on the natural frequencies."""
+    if natural_frequencies(machine):
+        a.line("resonance", "{natural_frequencies}")
 
 
 def _tell_mean_speeds(a: Answer, verdict: Verdict, mark: Mark) -> None:
