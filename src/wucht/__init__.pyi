@@ -32,6 +32,7 @@ from .studies.drive_failure import DriveFailure as DriveFailure
 from .studies.entrainment.study import Entrainment as Entrainment
 from .studies.exciter_design.study import ExciterDesign as ExciterDesign
 from .studies.failure_detection.study import FailureDetection as FailureDetection
+from .studies.figures import panel_names as panel_names
 from .studies.load_spectrum.load_records import Records as Records
 from .studies.load_spectrum.study import LoadSpectrum as LoadSpectrum
 from .studies.optimise_balancer.study import OptimiseBalancer as OptimiseBalancer
