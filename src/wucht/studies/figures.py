@@ -64,7 +64,7 @@ def draw(
     >>> from matplotlib.figure import Figure
     >>> result = wucht.run(wucht.RunUp(until=2.0), "drozdetskaya-2020/r1")
     >>> left, right = Figure().subplots(1, 2)
-    >>> wucht.draw(result, panels=["speed", "unbalance left"], axes=[left, right]) is left.figure
+    >>> wucht.draw(result, panels=["speed", "motor power"], axes=[left, right]) is left.figure
     True
     """
     if panels is not None or axes is not None:
