@@ -21,11 +21,12 @@ _UNIT = re.compile(r"\s*\([^()]*\)$")
 def panels_by_name(figure: Figure) -> dict[str, Axes]:
     """The panels of a figure that is not arranged yet, by name; none of a figure that was not made by ``sheet``.
 
-    A panel has the name of its title, else of its ordinate without the unit; one that is repeated has its number besides.
+    A panel has its title as its name, else that of its ordinate, or abscissa, without the unit; where two are alike, the later
+    one has its number besides.
     """
     panels: dict[str, Axes] = {}
     for axis in [one for row in sheet_of(figure).rows for one in row] if has_sheet(figure) else []:
-        label = axis.get_title() or axis.get_ylabel() or axis.get_title(loc="left") or "panel"
+        label = axis.get_title() or axis.get_ylabel() or axis.get_xlabel() or "panel"
         name = " ".join(_UNIT.sub("", label).split())
         panels[next(n for n in chain([name], (f"{name} ({k})" for k in count(2))) if n not in panels)] = axis
     return panels

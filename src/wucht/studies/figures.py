@@ -90,7 +90,7 @@ def panel_names(result: xr.Dataset) -> list[str]:
     Returns
     -------
     list of str
-        In their order: the title of each, else the name of its ordinate without the unit.
+        In their order: the title of each, else the name of its ordinate, or abscissa, without the unit.
 
     Raises
     ------
