@@ -47,6 +47,20 @@ def dry_friction(t: Any, x: Any, p: Any) -> Any:
     return [x[1], -x[0] - np.where(x[1] > 0, p[0], -p[0])]
 
 
+def two_masses(t: Any, x: Any, p: Any) -> Any:
+    mass = np.array([[2.0, np.cos(x[0])], [np.cos(x[0]), 1.0]])
+    return [*x[2:], *sp.Matrix(mass).LUsolve(sp.Matrix([-x[0], sp.Rational(1, 3) * np.sin(x[1])]))]
+
+
+def test_a_mass_matrix_is_solved_by_sympy() -> None:
+    system = System.from_function(two_masses, ["a", "b", "u", "v"])
+    a, b = 0.7, -0.4
+    symbols = dict(zip(system.states, (a, b, 1.5, 2.5), strict=True))
+    rates = [float(rate.subs(symbols)) for rate in system.derivatives]
+    solved = np.linalg.solve([[2.0, np.cos(a)], [np.cos(a), 1.0]], [-a, np.sin(b) / 3])
+    assert rates == pytest.approx([1.5, 2.5, *solved], rel=1e-14)
+
+
 def test_kinks_of_a_traced_function_are_located() -> None:
     """Of dry friction: x'' = -x - f sgn(x') from x = 1.05 with f = 0.1 is at -0.85, 0.65, -0.45 after each half period pi."""
     friction = UserSystem.from_function(dry_friction, ["x", "v"], {"f": 0.1})

@@ -9,7 +9,7 @@ import wucht
 from wucht.studies.registry import studies
 
 _STUB, _PUBLIC = Path(wucht.__file__).with_suffix(".pyi"), re.compile(r"^from (\S+) import (\w+) as", re.MULTILINE)
-_RUNNING = ("run", "run_file", "load", "draw", "report", "write_report", "export")
+_RUNNING = ("run", "run_file", "compare", "grid", "load", "draw", "panel_names", "report", "write_report", "export")
 
 
 def page() -> str:

@@ -13,8 +13,9 @@ Questions: ``RunUp``, ``CoastDown``, ``StartStop``, ``DriveFailure``, ``Sweep``,
 ``StabilityMap``, ``Basin``, ``CaptureProbability``, ``OptimiseBalancer``, ``Activation``, ``LoadSpectrum`` (also of
 ``Records``), ``FailureDetection``, ``ExciterDesign``, ``VoltageDip``; of a ``CamDrive``: ``CamLaw``, ``CamContour``,
 ``CamCorrection``, ``CamPrediction``. Several side by side: ``compare`` (``Comparison``), ``grid``. Results: ``run``,
-``run_file``, ``load``, ``draw`` (for a page, ``PRINT``, or a column, ``JOURNAL``), ``report``, ``write_report`` (one file to
-send), ``export``, and ``result.wucht``. In a notebook, a machine that moves: ``live``. Other ordinary differential equations:
+``run_file``, ``load``, ``draw`` (for a page, ``PRINT``, or a column, ``JOURNAL``; ``panel_names``), ``report``,
+``write_report`` (one file to send), ``export``, and ``result.wucht``. In a notebook, a machine that moves: ``live``. Other
+ordinary differential equations:
 ``UserSystem`` (``load_equations``), ``System``, ``compile_system``, ``integrate``, ``periodic_orbit``; any System averaged:
 ``averaged``, ``strongly_damped``, ``separated``. Errors: ``WuchtError``, which is ``InputError`` or ``RunError``.
 

@@ -32,6 +32,8 @@ from .studies.drive_failure import DriveFailure as DriveFailure
 from .studies.entrainment.study import Entrainment as Entrainment
 from .studies.exciter_design.study import ExciterDesign as ExciterDesign
 from .studies.failure_detection.study import FailureDetection as FailureDetection
+from .studies.figures import draw as draw
+from .studies.figures import panel_names as panel_names
 from .studies.load_spectrum.load_records import Records as Records
 from .studies.load_spectrum.study import LoadSpectrum as LoadSpectrum
 from .studies.optimise_balancer.study import OptimiseBalancer as OptimiseBalancer
@@ -39,7 +41,6 @@ from .studies.orbit_branch.study import OrbitBranch as OrbitBranch
 from .studies.phase_portrait.study import PhasePortrait as PhasePortrait
 from .studies.response.study import Response as Response
 from .studies.run_up.study import RunUp as RunUp
-from .studies.runner import draw as draw
 from .studies.runner import export as export
 from .studies.runner import load as load
 from .studies.runner import report as report

@@ -36,7 +36,7 @@ _FUNCTIONS: Mapping[str, Callable[..., sp.Expr]] = {  # by the names of NumPy
 }  # fmt: skip
 _REMEDY = (
     "write functions of NumPy (np.sin for math.sin), np.where(x[0] > 0, a, b) for a branch, np.maximum for max, "
-    "np.zeros_like(x) for np.zeros, or return a list"
+    "np.zeros_like(x) for np.zeros, sympy.Matrix(M).LUsolve(sympy.Matrix(f)) for np.linalg.solve, or return a list"
 )
 
 
@@ -202,7 +202,7 @@ def _exact(value: Any) -> sp.Expr:
     """A number or an expression as SymPy has it; a number of few decimals as a fraction, as formulas of a file."""
     if isinstance(value, Integral):
         return sp.Integer(int(value))
-    if isinstance(value, Real):
+    if isinstance(value, Real) and not isinstance(value, sp.Basic):
         text = repr(float(value))
         return sp.Rational(text) if "e" not in text and "n" not in text and len(text) <= _EXACT else sp.Float(float(value))
     expression = sp.sympify(value, strict=True)

@@ -23,6 +23,7 @@ from interrupting import assert_same
 from known_borders import rail
 from wucht import Basin, Response, load_machine
 from wucht import run as ask
+from wucht.studies.study_file import read_comparison
 
 HERE = Path(__file__).parent
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
@@ -157,6 +158,12 @@ def test_a_worker_finds_what_one_process_finds(inside: str, marked: Path) -> Non
     assert_same(expected, ask(TiledSquares(count=4), marked, scheduler=f"{inside}/", progress=lambda *one: told.append(one)))
     shares = [share for share, _ in told]
     assert shares == sorted(shares) and {what for _, what in told} >= {"squares, 1 worker"}
+
+
+def test_variants_of_a_comparison_are_tiles(inside: str) -> None:
+    of = ["drozdetskaya-2020/r1"], {"study.until": 1.0}, {"drive.slope": [0.0195, 0.039, -1.0]}
+    compared = read_comparison(*of)
+    assert_same(wucht.compare(*of), ask(compared.spec, compared.subject, scheduler=inside))
 
 
 def test_after_an_interrupt_another_run_goes_on(inside: str, marked: Path, tmp_path: Path) -> None:

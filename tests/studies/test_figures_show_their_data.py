@@ -19,9 +19,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.spatial import cKDTree
-from tests import stated
+from tests import figure_checks, stated
 
-from wucht import JOURNAL, PRINT, draw, report, write_report
+from wucht import JOURNAL, PRINT, draw, panel_names, report, write_report
+from wucht.plots.sheet import sheet_of
 from wucht.studies.registry import studies
 from wucht.studies.study_file import read_study, run_study
 
@@ -315,6 +316,21 @@ def test_lines_are_where_the_data_are(drawn: tuple[xr.Dataset, Figure], request:
             assert len(heights) > 2
         else:
             assert_shown(axis, shown, result)
+
+
+@pytest.mark.parametrize("drawn", KINDS, indirect=True)
+def test_every_panel_is_drawn_alone_as_in_the_whole(drawn: tuple[xr.Dataset, Figure]) -> None:
+    result, figure = drawn
+    panels = [axis for axis in figure.axes if axis in {one for row in sheet_of(figure).rows for one in row}]
+    alone = Figure().subplots(1, len(panels), squeeze=False)[0]
+    draw(result, axes=alone)
+    names = panel_names(result)
+    for axis, panel in zip(alone, panels, strict=True):
+        assert (len(axis.lines), len(axis.patches), len(axis.collections)) == tuple(
+            map(len, (panel.lines, panel.patches, panel.collections))
+        )
+        assert axis.get_ylabel().split() == panel.get_ylabel().split()
+    figure_checks.check(draw(result, panels=names[-1]))
 
 
 @pytest.mark.parametrize("drawn", KINDS, indirect=True)

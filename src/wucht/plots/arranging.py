@@ -131,6 +131,8 @@ def _margins(sheet: Sheet, beside: dict[Axes, Legend]) -> dict[int, list[tuple[f
         for k, axis in enumerate(row):
             has_numbers = axis.axison and axis.get_yticks().size > 0
             left_margin = (_NUMBERS * has_numbers + LINE * _name_lines(axis.yaxis, _ROOM * height / em) + _ABOUT) * em
+            if axis.axison and axis.get_xticks().size:  # half of the first number
+                left_margin = max(left_margin, _EDGE * em)
             right_margin = max(sheet.right.get(axis, 0.0), _EDGE) * em
             if axis in beside:
                 right_margin = rights[axis] * em + _size(beside[axis])[0] + 0.8 * em

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -61,6 +64,7 @@ class Sheet:
     note: str = ""
 
 
+_USER_PANELS: ContextVar[Mapping[int, Axes]] = ContextVar("user_panels", default=MappingProxyType({}))
 _SHEET = "_wucht_sheet"  # attribute of a figure: a global table would keep figures alive, as a sheet refers to its figure
 
 
@@ -72,7 +76,7 @@ def sheet_of(figure: Figure) -> Sheet:
 
 def has_sheet(figure: Figure) -> bool:
     """True if a figure was made here."""
-    return hasattr(figure, _SHEET)
+    return getattr(figure, _SHEET, None) is not None
 
 
 def new_figure(
@@ -83,12 +87,18 @@ def new_figure(
     heights: of the rows, in inches. apart: number of panels below them, with separate abscissae, beside each other.
     """
     figure, axes = new_grid(rows + apart, title, subtitle, columns=max(apart, 1), heights=heights, wide=rows)
-    for axis in axes[1:rows]:
-        axis.sharex(axes[0])
+    share_abscissa(axes[:rows])
     for axis in axes[: rows - 1]:
         axis.tick_params(labelbottom=False)
     figure.align_ylabels(axes[:rows])
     return figure, axes
+
+
+def share_abscissa(axes: Sequence[Axes]) -> None:
+    """Give panels a common abscissa; those of the user's own keep theirs."""
+    first, *following_axes = [axis for axis in axes if axis not in _USER_PANELS.get().values()] or axes[:1]
+    for axis in following_axes:
+        axis.sharex(first)
 
 
 def new_grid(
@@ -115,7 +125,9 @@ def new_grid(
     figure = Figure(figsize=(page.width, 3.0), dpi=page.dpi)
     FigureCanvasAgg(figure)
     columns = columns if columns <= page.columns else (narrow or page.columns)
-    axes = [_add_panel(figure) for _ in range(panels)]
+    axes = [_USER_PANELS.get().get(k) or _add_panel(figure) for k in range(panels)]
+    for axis in axes:
+        _style_panel(axis)
     rest, end = axes[wide : panels - last], axes[panels - last :]
     middle_rows = [rest[k : k + columns] for k in range(0, len(rest), columns)]
     rows = [[axis] for axis in axes[:wide]] + middle_rows + [[axis] for axis in end]
@@ -123,7 +135,9 @@ def new_grid(
     row_heights = (row_heights + row_heights[-1:] * len(rows))[: len(rows)]
     heading, sentence = _heading(title, units_in_print(subtitle), page) if page.has_title else ("", "")
     row_columns = [1] * wide + [columns] * len(middle_rows) + [1] * last
-    setattr(figure, _SHEET, Sheet(page, heading, rows, row_columns, row_heights, sentence=sentence))
+    sheet = Sheet(page, heading, rows, row_columns, row_heights, sentence=sentence)
+    for drawn_figure in {figure, *map(figure_of, axes)}:
+        setattr(drawn_figure, _SHEET, sheet)
     if heading:
         figure.suptitle(heading, fontsize=TITLE).set_parse_math(False)  # a title may hold a dollar sign
     return figure, axes
@@ -131,12 +145,29 @@ def new_grid(
 
 def _add_panel(figure: Figure) -> Axes:
     axis: Axes = figure.add_axes((0.1, 0.1, 0.8, 0.8), label=str(len(figure.axes)))
+    return axis
+
+
+def _style_panel(axis: Axes) -> None:
     axis.grid(visible=True, linewidth=0.4, color="#DDDDDD")
     axis.set_axisbelow(True)
     axis.tick_params(labelsize=current_page().font)  # ticks are made when the figure is written
-    axis.ticklabel_format(axis="y", scilimits=(-3, 4))  # long numbers would push the labels off the page
-    axis.ticklabel_format(useOffset=False)
-    return axis
+    with suppress(AttributeError):  # a logarithmic scale of the user's own has no such numbers
+        axis.ticklabel_format(axis="y", scilimits=(-3, 4))  # long numbers would push the labels off the page
+        axis.ticklabel_format(useOffset=False)
+
+
+@contextmanager
+def user_panels(axes: Mapping[int, Axes]) -> Iterator[None]:
+    """Draw panels of these numbers, from 0 on, into axes of the user's own while the block lasts."""
+    figures = {figure_of(axis): getattr(figure_of(axis), _SHEET, None) for axis in axes.values()}
+    token = _USER_PANELS.set(axes)
+    try:
+        yield
+    finally:
+        _USER_PANELS.reset(token)
+        for figure, sheet in figures.items():
+            setattr(figure, _SHEET, sheet)
 
 
 def _heading(title: str, subtitle: str, page: Page) -> tuple[str, str]:

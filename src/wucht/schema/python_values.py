@@ -11,6 +11,8 @@ def python_value(value: Any) -> Any:
 
     Anything else is unchanged. NumPy need not be loaded for that, nor is it: a file has no such values.
     """
+    if type(value) in (float, str, int, bool):  # most are, of schedules with thousands of points
+        return value
     if isinstance(value, Mapping):
         return {key: python_value(inner) for key, inner in value.items()}
     if isinstance(value, range):

@@ -22,7 +22,7 @@ from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.plots.scales import name_speeds, printed_values
 from wucht.plots.several_runs import draw_runs
-from wucht.plots.sheet import draw_panels, legend_beside
+from wucht.plots.sheet import draw_panels, legend_beside, share_abscissa
 from wucht.plots.style import BAR_STYLES, COLOURS, line_style
 from wucht.results.formatting import abscissa_label, label
 from wucht.schema import SI, Composite, composite, si
@@ -135,8 +135,7 @@ class DriveFailure(Study):
             result, [*panels, _amplitudes, _torques], legend_beside,
             columns=1, heights=1.5,
         )  # fmt: skip
-        for axis in axes[1:-1]:
-            axis.sharex(axes[0])
+        share_abscissa(axes[:-1])
         axes[0].set_xlim(*_limits(result))
         for axis in axes[:-2]:
             axis.tick_params(labelbottom=False)

@@ -73,7 +73,7 @@ class _Process:
 
     def __init__(self, waiting: SimpleQueue[Any], news: _News) -> None:
         self._waiting, self._news = waiting, news
-        folders = os.pathsep.join(folder or str(Path.cwd()) for folder in sys.path)
+        folders = os.pathsep.join(str(folder or Path.cwd()) for folder in sys.path)
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-c", "from wucht.studies.processes import compute_tasks; compute_tasks()"],
             env=environment_of_libraries() | {"PYTHONPATH": folders}, stdin=subprocess.PIPE, stdout=subprocess.PIPE,

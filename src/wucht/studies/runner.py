@@ -35,6 +35,7 @@ from wucht.studies.figures import draw
 from wucht.studies.figures import study_of_result as _study_of_result
 from wucht.studies.memory import UnitMemory, begin_units, earlier_result, question_of, without_titles
 from wucht.studies.processes import LocalProcesses
+from wucht.studies.progress_line import progress_line
 from wucht.studies.registry import studies
 from wucht.studies.resource_limits import equations_note, memory_error, refuse_numbers, refuse_turns
 from wucht.studies.study import Study
@@ -81,7 +82,8 @@ def run(
         Reuse the units of work of this question in the folder.
     progress : callable, optional
         Called with the completed share (0 to 1) and the name of the current step. It may raise ``KeyboardInterrupt`` to stop
-        the study: the result then has the answer so far, and its attribute ``finished`` is 0.
+        the study: the result then has the answer so far, and its attribute ``finished`` is 0. By default a notebook, or IPython
+        on a terminal, shows a line while the study lasts.
     document : mapping, optional
         The study file, stored in the result.
     scheduler : str, optional
@@ -123,10 +125,14 @@ def run(
     if is_name(spec, subject):
         subject = named_subject(spec, subject)
     place = None if folder is None else Path(folder)
-    with ONE_THREAD, cluster_at(scheduler) as cluster, nullcontext() if place is None else claim_folder(place):
+    claim = nullcontext() if place is None else claim_folder(place)
+    shown_progress = progress_line(spec.kind) if progress is None else nullcontext(progress)
+    with ONE_THREAD, cluster_at(scheduler) as cluster, claim, shown_progress as report_share:
+        workers = LocalProcesses(processes) if processes > 1 else cluster
         try:
-            workers = LocalProcesses(processes) if processes > 1 else cluster
-            return _compute_result(spec, subject, place, files, resume, progress, document, workers, write, summarise, announce)
+            return _compute_result(
+                spec, subject, place, files, resume, report_share, document, workers, write, summarise, announce
+            )
         except MemoryError as error:
             raise memory_error(error) from None
 

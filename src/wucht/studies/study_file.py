@@ -20,6 +20,7 @@ from wucht.studies.study import Study
 from wucht.studies.subjects import subject_of
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
 
 DEFAULT_KIND = "run-up"  # of a file without a question
@@ -74,7 +75,7 @@ def machine_study(name: str, machine: Machine, settings: Mapping[str, Any]) -> S
 def read_comparison(
     of: Sequence[str | Path | Machine],
     settings: Mapping[str, Any] | None = None,
-    vary: Mapping[str, Sequence[Any]] | None = None,
+    vary: Mapping[str, Sequence[Any] | np.ndarray] | None = None,
 ) -> StudyFile:
     """Build the question that compares several studies, without a study file: see ``compare``. Raises ``InputError``."""
     for key, value in (("study.set", settings), ("study.vary", vary)):
@@ -156,7 +157,7 @@ def run_file(
 def compare(
     of: Sequence[str | Path | Machine] | str | Path | Machine,
     settings: Mapping[str, Any] | None = None,
-    vary: Mapping[str, Sequence[Any]] | None = None,
+    vary: Mapping[str, Sequence[Any] | np.ndarray] | None = None,
     *,
     folder: Path | str | None = None,
     resume: bool = False,

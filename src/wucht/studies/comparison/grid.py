@@ -38,7 +38,7 @@ class GridComparison(Comparison):
 def grid(
     question: Study,
     subject: Any,
-    vary: Mapping[str, Sequence[Any]],
+    vary: Mapping[str, Sequence[Any] | np.ndarray],
     *,
     processes: int = 1,
     folder: Path | str | None = None,

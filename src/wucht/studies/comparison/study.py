@@ -8,6 +8,7 @@ from datetime import date, time
 from functools import partial
 from itertools import product, takewhile
 from math import prod
+from threading import Lock
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+_ONE_AT_A_TIME = Lock()  # of the threads of a worker: Python 3.11 fails where several of them compile code
 Prepared = tuple[tuple[Variant, Any], ...]  # each variant, with what its study has prepared
 
 
@@ -200,5 +202,6 @@ def _result_of(variant: Variant, preparation: Any, work: Work) -> ComparedResult
 
 def _result_from_task(variant: Variant, report: TaskReport) -> ComparedResult:
     """Prepare and run a variant in a process of its own."""
-    preparation = None if variant.refusal else _prepared_study(variant, partial(report, 0.0))
-    return _result_of(variant, preparation, Work(reporter=lambda share, _label: report(share)))
+    with _ONE_AT_A_TIME:
+        preparation = None if variant.refusal else _prepared_study(variant, partial(report, 0.0))
+        return _result_of(variant, preparation, Work(reporter=lambda share, _label: report(share)))

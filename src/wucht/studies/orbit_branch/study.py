@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 from pydantic import BeforeValidator, Field
 
 from wucht.dynamics.branches.orbit_diagram import OrbitCase, follow_orbits
@@ -35,6 +36,7 @@ def _ensure_list(value: Any) -> Any:
 
 
 _SeveralValues = Annotated[Values | None, BeforeValidator(_ensure_list)]
+_OneOrSeveral = float | str | Sequence[Any] | np.ndarray
 
 
 class OrbitBranch(Study):
@@ -63,7 +65,7 @@ class OrbitBranch(Study):
 
     along: Path = Field(description="path of the parameter over which branches are followed")
     range: Composite[Pair]
-    at: Conversion[_SeveralValues, float | str | list[Any]] = composite(default=None, description=(
+    at: Conversion[_SeveralValues, _OneOrSeveral] = composite(default=None, description=(
         "values at which a run searches for a first orbit, from `start`; by default several, until there is one, and then the "
         "Hopf points of the steady states"
     ))  # fmt: skip
