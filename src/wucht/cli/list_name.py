@@ -132,6 +132,7 @@ def _fits(text: str) -> bool:
 
 
 def _entries(name: str, catalogue: Sequence[str]) -> list[Entry]:
+    from wucht.cli.list_groups import group_names
     from wucht.files.catalogue import nearest_names
     from wucht.files.equal_bodies import keys_in_files
     from wucht.schema import prose_of
@@ -145,7 +146,7 @@ def _entries(name: str, catalogue: Sequence[str]) -> list[Entry]:
             states, page = getattr(cls, "internal_states", ()), f"{_PLACES[title][1]}/{cls.kind}.html"
             entries.append(Entry(name, title, prose_of(cls).replace("``", ""), keys_in_files(cls), states, page))
     if not entries:
-        every_name = {kind for of_kind in by_title.values() for kind in of_kind} | set(catalogue)
+        every_name = {kind for of_kind in by_title.values() for kind in of_kind} | {*catalogue, *group_names()}
         requirement = f"must be a study, a part or a catalogue name; {nearest_names(name, every_name)}"
         raise InputError("NAME", name, requirement)
     return entries

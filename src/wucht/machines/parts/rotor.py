@@ -13,7 +13,7 @@ from wucht.schema import Composite, composite
 
 
 class Rotor(Body):
-    """An unbalanced rotor, Drozdetskaya (3.28)-(3.29). Its unbalance is ``mass * eccentricity``, or given directly."""
+    """An unbalanced rotor. Its unbalance is ``mass * eccentricity``, or given directly: Drozdetskaya (3.28)-(3.29)."""
 
     kind = "rotor"
 
