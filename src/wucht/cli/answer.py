@@ -64,12 +64,12 @@ def answer(
     from wucht.studies.study_file import read_study
 
     start_time = time.perf_counter()
-    own = read_study(study, parse_settings(set_ or []))
-    folder, purpose = out or Path("results") / short_name(own.path), _purpose(own)
+    study_file = read_study(study, parse_settings(set_ or []))
+    folder, purpose = out or Path("results") / short_name(study_file.path), _purpose(study_file)
     prepare_folder(folder, [_REPORT])
-    questions, answers = list(_questions(own, purpose, folder)), Answers()
+    questions, answers = list(_questions(study_file, purpose, folder)), Answers()
     if not as_json:
-        typer.echo(f"{own.subject.title}: a {purpose}, {len(questions)} questions")
+        typer.echo(f"{study_file.subject.title}: a {purpose}, {len(questions)} questions")
     with interrupt_check() as check:
         for number, question in enumerate(questions, 1):
             _ask(question, f"{number}/{len(questions)} {question.kind}", study, set_ or [], resume, answers, check)
@@ -80,10 +80,10 @@ def answer(
     if answers.refusals and not (answers.documents or answers.failures or answers.is_interrupted):
         raise next(iter(answers.refusals.values()))
     with_result = [question.folder for question in questions if question.kind in answers.documents]
-    report = write_report(with_result, folder / _REPORT, own.subject.title) if with_result else None
+    report = write_report(with_result, folder / _REPORT, study_file.subject.title) if with_result else None
     error, code = _ending(answers, len(questions))
     if as_json:
-        document = _document(own, answers, [str(report)] if report else [], time.perf_counter() - start_time)
+        document = _document(study_file, answers, [str(report)] if report else [], time.perf_counter() - start_time)
         sys.stdout.write(to_json(document | ({"error": error, "exit_code": code} if code else {})) + "\n")
     elif report:
         typer.echo(f"report: {report}")
@@ -92,32 +92,33 @@ def answer(
         raise typer.Exit(code)
 
 
-def _purpose(own: StudyFile) -> Purpose:
+def _purpose(study_file: StudyFile) -> Purpose:
     """What the machine of a file is built for. Raises ``InputError`` where neither the file nor its parts tell."""
     from wucht.files.building import purpose_in
     from wucht.machines.machine import Machine
     from wucht.machines.purpose import Purpose, purpose_of_parts
 
-    if not isinstance(own.subject, Machine):
+    if not isinstance(study_file.subject, Machine):
         explanation = "only of a machine it is known what its designer asks; `wucht run` answers the question of this file"
-        raise InputError.file_error(own.path, explanation, code="no-machine")
-    purpose = purpose_in(own.document.get("machine", {})) or purpose_of_parts(own.subject)
+        raise InputError.file_error(study_file.path, explanation, code="no-machine")
+    purpose = purpose_in(study_file.document.get("machine", {})) or purpose_of_parts(study_file.subject)
     if purpose is None:
         allowed = ", ".join(f'"{one}"' for one in Purpose)
         explanation = f"the parts do not tell what this machine is; give the key purpose in [machine], one of {allowed}"
-        raise InputError("machine.purpose", None, explanation, code="missing").with_file(own.path)
+        raise InputError("machine.purpose", None, explanation, code="missing").with_file(study_file.path)
     return purpose
 
 
-def _questions(own: StudyFile, purpose: Purpose, folder: Path) -> Iterator[DesignerQuestion]:
+def _questions(study_file: StudyFile, purpose: Purpose, folder: Path) -> Iterator[DesignerQuestion]:
     """The question of the file, and those that designers of such machines ask: one of each kind of study."""
-    from wucht.studies.designer_questions import QUESTIONS, facts_of_machine
+    from wucht.studies.designer_questions import QUESTIONS
+    from wucht.studies.machine_facts import facts_of_machine
 
-    yield DesignerQuestion(own.spec.kind, {}, folder / own.spec.kind)
-    facts = facts_of_machine(own.subject)
+    yield DesignerQuestion(study_file.spec.kind, {}, folder / study_file.spec.kind)
+    facts = facts_of_machine(study_file.subject)
     for question in QUESTIONS[purpose]:
         settings = question.settings_after({}, facts)
-        if settings is not None and (kind := settings["study.kind"]) != own.spec.kind:
+        if settings is not None and (kind := settings["study.kind"]) != study_file.spec.kind:
             yield DesignerQuestion(kind, settings, folder / kind)
 
 
@@ -184,12 +185,12 @@ def _ending(answers: Answers, count: int) -> tuple[str, int]:
     return "", 0
 
 
-def _document(own: StudyFile, answers: Answers, reports: list[str], elapsed_s: float) -> dict[str, Any]:
+def _document(study_file: StudyFile, answers: Answers, reports: list[str], elapsed_s: float) -> dict[str, Any]:
     """The object of ``--json``."""
     documents = answers.documents
     return {
         "study": "answer",
-        "machine": own.subject.title,
+        "machine": study_file.subject.title,
         "summary": {kind: document["summary"] for kind, document in documents.items()},
         "left_out": {kind: str(error) for kind, error in answers.refusals.items()},
         "failed": answers.failures,

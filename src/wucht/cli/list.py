@@ -30,7 +30,7 @@ def list_all(
     """List parts, laws and followers of cams, studies and the catalogue; with a NAME, what it is."""
     from wucht.cli.list_groups import column_lines, group_names, lines_of, overview
     from wucht.cli.list_name import describe_name
-    from wucht.cli.list_search import found_lines
+    from wucht.cli.list_search import search_lines
 
     for option, is_given in (("--json", as_json), ("--all", every_key)):
         if is_given and name is None:
@@ -38,7 +38,7 @@ def list_all(
     if search is not None:
         if name is not None:
             raise InputError("--search", search, f"give either a word or the name {name!r}")
-        lines = found_lines(search)
+        lines = search_lines(search)
     elif name is None:
         lines = list(overview())
     elif name in group_names():
@@ -49,6 +49,6 @@ def list_all(
             else [*column_lines(entries)]
         )
     else:
-        lines = [describe_name(name, as_json=as_json, every_key=every_key)]
+        lines = [describe_name(name, as_json=as_json, every_key=every_key, groups=group_names())]
     for line in lines:
         typer.echo(line)

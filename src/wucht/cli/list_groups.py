@@ -42,9 +42,9 @@ def overview() -> Iterator[str]:
     from wucht.studies.registry import studies
 
     for group, of_kind in groups().items():
-        yield from _wrapped(group, list(of_kind))
-    yield from _wrapped(STUDIES, list(studies()))
-    yield from _wrapped(CATALOGUE, [f"{folder} ({count})" for folder, count in catalogue_folders().items()])
+        yield from _name_lines(group, list(of_kind))
+    yield from _name_lines(STUDIES, list(studies()))
+    yield from _name_lines(CATALOGUE, [f"{folder} ({count})" for folder, count in catalogue_folders().items()])
     yield from ("", *_HINTS)
 
 
@@ -74,7 +74,7 @@ def column_lines(entries: Mapping[str, str]) -> Iterator[str]:
     yield from (f"  {name:{width}}  {line}".rstrip() for name, line in entries.items())
 
 
-def _wrapped(group: str, names: list[str]) -> list[str]:
+def _name_lines(group: str, names: list[str]) -> list[str]:
     return wrap(
         f"{group + ':':13}{', '.join(names)}", WIDTH, subsequent_indent=" " * 13, break_long_words=False, break_on_hyphens=False
     )

@@ -69,17 +69,17 @@ def _carrier(purpose: Purpose, support: Sequence[Amount]) -> str:
     if purpose is Purpose.SCREEN:
         inertia = f'"{_GYRATION * mass.value:.4g} kg m^2"'
         lines += [
-            f"directions = {_quoted('xyr')} # x, y and a small rotation",
+            f"directions = {_quotation('xyr')} # x, y and a small rotation",
             f"inertia = {inertia} # about the centre of mass: estimate, {_GYRATION} m^2 times the mass",
             f"rotation_frequency = {frequency.text} # estimate: as in x and y",
             f"rotation_damping_ratio = {damping_ratio.text}",
         ]
     else:
-        lines += [f"directions = {_quoted('xy')} # of the axis of rotation, y points up"]
+        lines += [f"directions = {_quotation('xy')} # of the axis of rotation, y points up"]
     lines += [
         f"frequency = {frequency.text} # natural frequency in x and y, with the rotors; or stiffness",
         f"damping_ratio = {damping_ratio.text} # or damping",
-        f"gravity = {_quoted('9.81 m/s^2')} # the axis is horizontal; 0 where it stands upright",
+        f"gravity = {_quotation('9.81 m/s^2')} # the axis is horizontal; 0 where it stands upright",
     ]
     return _table("[machine.carrier]", lines)
 
@@ -163,9 +163,9 @@ def _drive(name: str, motor: Sequence[Amount], sense: int) -> str:
 def _table(head: str, lines: Sequence[str]) -> str:
     """A table of a file, its comments below each other."""
     parts = [line.partition(" # ") for line in lines]
-    aligned = [f"{key.rstrip():{_COMMENT}}# {comment}" if mark else key for key, mark, comment in parts]
-    return "\n".join([head, *aligned]) + "\n"
+    rows = [f"{key.rstrip():{_COMMENT}}# {comment}" if mark else key for key, mark, comment in parts]
+    return "\n".join([head, *rows]) + "\n"
 
 
-def _quoted(word: str) -> str:
+def _quotation(word: str) -> str:
     return f'"{word}"'

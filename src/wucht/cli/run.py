@@ -137,11 +137,11 @@ def run_and_show(
     from wucht.studies.study_file import run_study
 
     start_time = time.perf_counter()
-    with Progress(title) as progress, interrupt_check() if check is None else nullcontext(check) as stop_if_asked:
+    with Progress(title) as progress, interrupt_check() if check is None else nullcontext(check) as raise_interrupt:
 
         def report(share: float, label: str) -> None:
             progress.update(share, label)
-            stop_if_asked()
+            raise_interrupt()
 
         study_file = read_question()
         folder = out or Path("results") / study_file.name

@@ -13,13 +13,13 @@ from wucht.errors import InputError
 from wucht.plots.inline_svg import inline_svg
 from wucht.plots.page import REPORT
 from wucht.reports.markup import brief_text, bullets, html_table, html_text, section
-from wucht.reports.numbers import brief_numbers, main_numbers, numbers_of
-from wucht.reports.subject import (
+from wucht.reports.numbers import brief_numbers, main_numbers, number_sections
+from wucht.reports.subject_section import (
     SharedSubject,
     data_of,
-    differences,
     drawing_of,
     notes_once,
+    parameter_differences,
     question_line,
     remarks,
     study_file,
@@ -54,7 +54,7 @@ class Chapter:
     warnings: tuple[str, ...] = ()
 
 
-def chapter(result: xr.Dataset, number: int, shared: SharedSubject | None = None, *, everything: bool = False) -> Chapter:
+def chapter(result: xr.Dataset, number: int, subject: SharedSubject | None = None, *, everything: bool = False) -> Chapter:
     """Write the chapter of a result.
 
     Parameters
@@ -62,7 +62,7 @@ def chapter(result: xr.Dataset, number: int, shared: SharedSubject | None = None
     result : xarray.Dataset
     number : int
         Number of the chapter in its report, from 1.
-    shared : SharedSubject, optional
+    subject : SharedSubject, optional
         The subject that is told once for this and other chapters: this one tells only what differs from it.
     everything : bool
         Also the candidates that a search has tried and not chosen.
@@ -80,7 +80,7 @@ def chapter(result: xr.Dataset, number: int, shared: SharedSubject | None = None
     lines, drawing, figure = ["", f"verdict: {accessor.sentence}"], "", ""
     with attempts.attempt("lines of the report", InputError):
         lines = report(result)
-    if shared is None:
+    if subject is None:
         with attempts.attempt("drawing of the machine", InputError):
             drawing = drawing_of(result, anchor)
     if not is_of_version_0_1(result):
@@ -88,57 +88,57 @@ def chapter(result: xr.Dataset, number: int, shared: SharedSubject | None = None
             figure = _figure(result, anchor)
     verdict, entries = _entries(lines)
     title, kind = accessor.title or accessor.study, studies()[accessor.study]
-    heading = title if shared is None else f"{number}. {accessor.study}{_other_title(result, shared)}"
+    heading = title if subject is None else f"{number}. {accessor.study}{_other_title(result, subject)}"
     warnings = with_attempt_warnings(result, attempts.warnings).wucht.warnings
     without = () if everything else kind.study.trials
-    told = " ".join(text for _, text in entries)
-    tables = numbers_of(result, without) if shared is None or everything else brief_numbers(result, told, without)
+    text_above = " ".join(text for _, text in entries)
+    tables = number_sections(result, without) if subject is None or everything else brief_numbers(result, text_above, without)
     parts = [
         f"<h1>{html_text(heading, _TITLE)}</h1>",
         f'<p class="meta">Study {html_text(accessor.study)}: {html_text(kind.line)}</p>',
         f'<div class="verdict"><b>Verdict</b>{html_text(verdict)}</div>',
         _incomplete(accessor),
         html_table(entries, kind="entries", row_heads=True),
-        section("Warnings", bullets(w for w in warnings if shared is None or w not in shared.warnings)),
+        section("Warnings", bullets(w for w in warnings if subject is None or w not in subject.warnings)),
         drawing,
         figure,
-        _subject(result, shared),
+        _subject(result, subject),
         *tables,
-        *_ground(result, shared),
+        *_ground(result, subject),
     ]
     body = "\n".join(filter(None, parts))
-    kind_of_chapter = "chapter" if shared is None else "brief chapter"
+    kind_of_chapter = "chapter" if subject is None else "brief chapter"
     html = f'<section class="{kind_of_chapter}" id="{anchor}">\n{body}\n</section>'
     return Chapter(anchor, title, accessor.study, verdict, main_numbers(accessor), html, tuple(attempts.warnings))
 
 
-def _other_title(result: xr.Dataset, shared: SharedSubject) -> str:
+def _other_title(result: xr.Dataset, subject: SharedSubject) -> str:
     """The title of a machine in which something was changed; empty where it is that of the others."""
     title = result.wucht.title
-    return "" if title == shared.first.wucht.title else f": {title}"
+    return "" if title == subject.first.wucht.title else f": {title}"
 
 
-def _subject(result: xr.Dataset, shared: SharedSubject | None) -> str:
+def _subject(result: xr.Dataset, subject: SharedSubject | None) -> str:
     """The machine of a chapter, or what differs in it from that of the others."""
     notes = result.wucht.notes
-    if shared is None:
+    if subject is None:
         return section("Machine" if result.wucht.parts else "Subject", data_of(result), bullets(notes_once(notes)))
-    own_notes = notes_once([note for note in notes if note not in shared.notes])
-    return section("Different in this machine", differences(result, shared.first), bullets(own_notes))
+    further_notes = notes_once([note for note in notes if note not in subject.notes])
+    return section("Different in this machine", parameter_differences(result, subject.first), bullets(further_notes))
 
 
-def _ground(result: xr.Dataset, shared: SharedSubject | None) -> list[str]:
+def _ground(result: xr.Dataset, subject: SharedSubject | None) -> list[str]:
     """Assumptions, and how it was computed: of one of several chapters about a machine, the question alone."""
     accessor = result.wucht
-    if shared is None:
+    if subject is None:
         document = study_file(accessor.document, accessor.spec)
         return [
             section("Assumptions", bullets(accessor.assumed)),
             section("How it was computed", _origin(accessor), document),
         ]
     question = (accessor.document or {}).get("study", accessor.spec)
-    assumed = [f"Assumed: {'; '.join(accessor.assumed)}"] if accessor.assumed else []
-    return [remarks(assumed), question_line(question)]
+    assumption = [f"Assumed: {'; '.join(accessor.assumed)}"] if accessor.assumed else []
+    return [remarks(assumption), question_line(question)]
 
 
 def creation_text(result: ResultAccessor) -> str:

@@ -13,7 +13,7 @@ from wucht.environment import date_of_files
 from wucht.errors import InputError
 from wucht.reports.chapter import Chapter, chapter, creation_text, versions_text
 from wucht.reports.markup import html_table, html_text, page, section
-from wucht.reports.subject import SharedSubject, shared_section, shared_subjects, study_file
+from wucht.reports.subject_section import SharedSubject, shared_section, shared_subjects, study_file
 from wucht.results.output_folder import COMMIT, NEW, PARTIAL, load_result, result_file
 from wucht.results.store import RESULT, prepare_folder, replace_file
 
@@ -76,8 +76,8 @@ def write_report(places: Sequence[Path | str], file: Path | str, title: str = ""
     results = [load_result(place) for place in files]
     subjects = shared_subjects(results)
     chapters = [
-        _chapter_of(place, result, number, shared, everything)
-        for number, (place, result, shared) in enumerate(zip(files, results, subjects, strict=True), 1)
+        _chapter_of(place, result, number, subject, everything)
+        for number, (place, result, subject) in enumerate(zip(files, results, subjects, strict=True), 1)
     ]
     for place, one in zip(files, chapters, strict=True):
         for warning in one.warnings:
@@ -103,9 +103,9 @@ def place_of_page(path: Path, usual_name: str) -> Path:
     return path
 
 
-def _chapter_of(file: Path, result: xr.Dataset, number: int, shared: SharedSubject | None, everything: bool) -> Chapter:
+def _chapter_of(file: Path, result: xr.Dataset, number: int, subject: SharedSubject | None, everything: bool) -> Chapter:
     try:
-        return chapter(result, number, shared, everything=everything)
+        return chapter(result, number, subject, everything=everything)
     except InputError as error:
         raise error.with_file(file) from None
 
@@ -161,7 +161,7 @@ def _machines(subjects: Sequence[SharedSubject | None]) -> list[str]:
 
 
 def _origins(results: Sequence[xr.Dataset], subjects: Sequence[SharedSubject | None]) -> str:
-    """How the results about shared subjects were computed, and the files of these subjects."""
+    """How the results about subject subjects were computed, and the files of these subjects."""
     unique = list({id(subject): subject for subject in subjects if subject is not None}.values())
     if not unique:
         return ""

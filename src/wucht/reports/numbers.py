@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from wucht.reports.markup import html_table, html_text, section
-from wucht.reports.subject import MOST_ROWS, left_out, remarks, sentence_case
+from wucht.reports.subject_section import MOST_ROWS, left_out, remarks, sentence_case
 from wucht.results.formatting import engineering_text, number_text
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def main_numbers(accessor: ResultAccessor) -> str:
     return "<br>".join(lines[:_HEADLINES])
 
 
-def numbers_of(result: xr.Dataset, without: Collection[str] = ()) -> list[str]:
+def number_sections(result: xr.Dataset, without: Collection[str] = ()) -> list[str]:
     """Sections with all single numbers of a summary, and with each list of tables in it. without: keys left out."""
     accessor = result.wucht
     rows = [(html_text(name), _cell(value, facts, accessor.dimensionless)) for name, value, facts in _single(accessor, without)]
@@ -51,48 +51,48 @@ def numbers_of(result: xr.Dataset, without: Collection[str] = ()) -> list[str]:
     return [section("Numbers", numbers), *tables]
 
 
-def brief_numbers(result: xr.Dataset, told: str, without: Collection[str] = ()) -> list[str]:
+def brief_numbers(result: xr.Dataset, text_above: str, without: Collection[str] = ()) -> list[str]:
     """The same on less paper: without numbers that the lines above tell already, small tables in columns, of long ones a part.
 
-    told: the lines above, as HTML.
+    text_above: the lines above, as HTML.
     """
     accessor = result.wucht
     dimensionless = accessor.dimensionless
     cells = [(html_text(name), _cell(value, facts, dimensionless)) for name, value, facts in _single(accessor, without)]
-    cells = [(name, cell) for name, cell in cells if not (len(cell) >= _TELLING and cell in told)]
+    cells = [(name, cell) for name, cell in cells if not (len(cell) >= _TELLING and cell in text_above)]
     narrow = [html_table([row for row in cells if len(row[1]) <= _SHORT], row_heads=True, kind="long")]
     broad = [html_table([row for row in cells if len(row[1]) > _SHORT], row_heads=True, kind="entries wide")]
-    paired = list[str]()
+    pairs = list[str]()
     for name, rows, parts in _lists(accessor, without):
         if len(rows) <= _IN_COLUMNS:
             small = html_table(_beside(rows, parts, dimensionless), caption=html_text(name), row_heads=True, kind="long")
-            (narrow if len(rows) == 1 else paired).append(small)
+            (narrow if len(rows) == 1 else pairs).append(small)
         else:
             broad.append(section(name, _rows_table(rows, parts, dimensionless, _FEW_ROWS), level=3))
-    columns = [_in_columns(narrow, "parts"), _in_columns(paired, "parts two")]
+    columns = [_columns_block(narrow, "parts"), _columns_block(pairs, "parts two")]
     return [section("Further numbers", *columns, *broad)]
 
 
-def _in_columns(tables: Sequence[str], kind: str) -> str:
+def _columns_block(tables: Sequence[str], kind: str) -> str:
     inner = "".join(filter(None, tables))
     return f'<div class="{kind}">{inner}</div>' if inner else ""
 
 
 def _single(accessor: ResultAccessor, without: Collection[str]) -> Iterator[tuple[str, Any, Mapping[str, Any]]]:
     """Name in words, value and facts of each number of a summary that is no list of tables."""
-    for name, value, facts in _stated(accessor, without):
+    for name, value, facts in _summary_values(accessor, without):
         if not _is_list_of_tables(value):
             yield name, value, facts
 
 
 def _lists(accessor: ResultAccessor, without: Collection[str]) -> Iterator[tuple[str, Any, Mapping[str, Any]]]:
     """Name in words, rows and parts of each list of tables of a summary."""
-    for name, value, facts in _stated(accessor, without):
+    for name, value, facts in _summary_values(accessor, without):
         if _is_list_of_tables(value):
             yield name, value, facts.get("parts", {})
 
 
-def _stated(accessor: ResultAccessor, without: Collection[str]) -> Iterator[tuple[str, Any, Mapping[str, Any]]]:
+def _summary_values(accessor: ResultAccessor, without: Collection[str]) -> Iterator[tuple[str, Any, Mapping[str, Any]]]:
     for key, value in accessor.summary.items():
         if key != "sentence" and key not in without and value not in (None, {}, []):
             facts = accessor.quantities.get(key, {})

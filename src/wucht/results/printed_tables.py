@@ -61,17 +61,17 @@ def time_table(result: xr.Dataset, most: int = MOST_TIMES) -> tuple[TableColumn,
     time = next((column for column in table if column.name == TIME), None)
     if time is None or len(time.values) < 1:
         return table
-    others = [column for column in table if column is not time]
+    series = [column for column in table if column is not time]
     if len(time.values) <= most:
-        return time, *(one for column in others for one in _column(result, column, column.values[:, None], ("",)))
+        return time, *(one for column in series for one in _column(result, column, column.values[:, None], ("",)))
     intervals = _intervals(time.values, most)
-    times = _reduced(time.values, time.values, intervals)
+    times = _means_and_limits(time.values, time.values, intervals)
     columns = [TableColumn("time, mean", times[:, 0], time.unit)]
-    for column in (column for column in others if column.values.dtype.kind in _NUMBERS):
+    for column in (column for column in series if column.values.dtype.kind in _NUMBERS):
         values = column.values.astype(float)
-        values = _unwrapped(values) if _is_phase(column) else values
-        reduced = _reduced(values, time.values, intervals)
-        columns += _column(result, column, reduced, (", mean", ", least", ", largest"))
+        values = _continuous_phases(values) if _is_phase(column) else values
+        numbers = _means_and_limits(values, time.values, intervals)
+        columns += _column(result, column, numbers, (", mean", ", least", ", largest"))
     return tuple(columns)
 
 
@@ -81,7 +81,7 @@ def _intervals(time: np.ndarray, most: int) -> np.ndarray:
     return np.unique(np.searchsorted(edges, time, side="right"), return_inverse=True)[1]
 
 
-def _reduced(values: np.ndarray, time: np.ndarray, intervals: np.ndarray) -> np.ndarray:
+def _means_and_limits(values: np.ndarray, time: np.ndarray, intervals: np.ndarray) -> np.ndarray:
     """Mean, least and largest of the finite values in each interval (M, 3); not a number where there are none."""
     steps = np.diff(time)
     weights = np.maximum((np.r_[steps, 0.0] + np.r_[0.0, steps]) / 2, np.finfo(float).tiny)  # samples at one time: a jump
@@ -98,7 +98,7 @@ def _reduced(values: np.ndarray, time: np.ndarray, intervals: np.ndarray) -> np.
     return np.column_stack([mean, limits])
 
 
-def _unwrapped(phases: np.ndarray) -> np.ndarray:
+def _continuous_phases(phases: np.ndarray) -> np.ndarray:
     """Phases without jumps by a turn; not a number where one is not known."""
     is_known, whole = np.isfinite(phases), phases.copy()
     whole[is_known] = np.unwrap(phases[is_known])

@@ -1,17 +1,13 @@
 """What the designer of a machine asks: for each purpose its questions, the quick ones first.
 
-A setting may name facts of the machine: ``{rotor}``, the main rotor; ``{unbalance}``, the path of its unbalance, and
-``{unbalance_half}``, ``{unbalance_whole}``, half its value and all of it; and
-``{motor}``, the path of what makes the main drive larger, with ``{motor_low}``, ``{motor_high}``, half and twice its value. A
-question about what a machine has not does not follow.
+A setting may name facts of the machine, such as ``{rotor}``: see ``facts_of_machine``. A question about what a machine has not
+does not follow.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
-from wucht.machines.machine import Machine
 from wucht.machines.purpose import Purpose
 from wucht.studies.next_question import NextQuestion
 
@@ -56,23 +52,3 @@ QUESTIONS: Mapping[Purpose, tuple[NextQuestion, ...]] = {
         _CYCLE,
     ),
 }  # fmt: skip
-
-# What makes a drive of each kind larger.
-_SIZES = {
-    "linear": "slope", "constant-torque": "torque", "inverter": "torque_limit", "induction": "voltage",
-    "dc-separate": "voltage", "dc-shunt": "voltage", "dc-series": "voltage",
-}  # fmt: skip
-
-
-def facts_of_machine(machine: Machine) -> dict[str, Any]:
-    """Return what questions may name of a machine: those of its facts that it has."""
-    rotor = next((body.name for body in machine.bodies if body.about is None), None)
-    facts: dict[str, Any] = {} if rotor is None else {"rotor": rotor}
-    for key in ("unbalance", "eccentricity"):
-        if (value := machine.values.get(f"{rotor}.{key}", 0.0)) > 0:
-            facts |= {"unbalance": f"{rotor}.{key}", "unbalance_half": 0.5 * value, "unbalance_whole": value}
-    for drive in machine.drives:
-        path = f"{drive.path}.{_SIZES.get(drive.kind, '')}"
-        if drive.on == rotor and (value := machine.values.get(path, 0.0)) > 0:
-            facts |= {"motor": path, "motor_low": 0.5 * value, "motor_high": 2.0 * value}
-    return facts

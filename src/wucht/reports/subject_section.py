@@ -44,19 +44,20 @@ def shared_subjects(results: Sequence[xr.Dataset]) -> list[SharedSubject | None]
     keys = [_subject_key(result) for result in results]
     for key, result in zip(keys, results, strict=True):
         groups.setdefault(key, []).append(result)
-    shared = {
+    by_key = {
         key: SharedSubject(
             of_key[0], f"m{number}",
-            _in_all([result.wucht.warnings for result in of_key]), _in_all([result.wucht.notes for result in of_key]),
+            _common_items([result.wucht.warnings for result in of_key]),
+            _common_items([result.wucht.notes for result in of_key]),
         )
         for number, (key, of_key) in enumerate(groups.items(), 1)
         if key and len(of_key) > 1
     }  # fmt: skip
-    return [shared.get(key) for key in keys]
+    return [by_key.get(key) for key in keys]
 
 
-def _in_all(lists: Sequence[Sequence[str]]) -> tuple[str, ...]:
-    return tuple(item for item in lists[0] if all(item in others for others in lists[1:]))
+def _common_items(lists: Sequence[Sequence[str]]) -> tuple[str, ...]:
+    return tuple(item for item in lists[0] if all(item in further for further in lists[1:]))
 
 
 def _subject_key(result: xr.Dataset) -> str:
@@ -97,7 +98,7 @@ def data_of(result: xr.Dataset) -> str:
     return f'<div class="parts">{"".join(tables)}</div>'
 
 
-def differences(result: xr.Dataset, first: xr.Dataset) -> str:
+def parameter_differences(result: xr.Dataset, first: xr.Dataset) -> str:
     """The parameters of a machine that differ from those of the first result about it."""
     of_first = {part["path"]: dict(_part_rows(part, first.wucht)) for part in first.wucht.parts}
     rows: dict[tuple[str, str], list[str]] = {}
