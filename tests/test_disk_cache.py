@@ -289,6 +289,7 @@ def test_where_no_key_can_be_kept_the_cache_is_not_used(folder, variables, monke
     assert not folder.exists()
 
 
+@pytest.mark.slow
 def test_processes_that_begin_at_once_have_one_key(folder, tmp_path):
     """Each derives something else; afterwards all of it is read, without a note."""
     expressions = [f"x + {k}" for k in range(6)]

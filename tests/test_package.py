@@ -106,6 +106,7 @@ def _entries(lines: list[str], section: str) -> set[str]:
     return set(re.findall(r"\w+", " ".join(line.split(":")[0] for line in written[:end] if line and not line.startswith(" "))))
 
 
+@pytest.mark.slow
 def test_examples_of_public_names_are_true() -> None:
     runner = doctest.DocTestRunner()
     for package, name in PUBLIC:

@@ -36,8 +36,8 @@ NAVIGATION: list[Any] = [
     },
     {
         "Guide": [
-            "machine-files.md", "outcomes.md", "reports.md", "live-machine.md", "slow-equations.md",
-            "switchable-pendulums.md", "load-spectra.md",
+            "machine-files.md", "from-nameplate-to-file.md", "outcomes.md", "reports.md", "live-machine.md",
+            "slow-equations.md", "switchable-pendulums.md", "load-spectra.md",
             "fatigue.md", "cam-files.md", "continuation.md", "averaging.md", "how-the-rotating-orbit-disappears.md",
             "several-machines.md", "what-may-be-trusted.md",
             "*", {"Machines to try": "practice/*"},

@@ -12,15 +12,15 @@ Questions: ``RunUp``, ``CoastDown``, ``StartStop``, ``DriveFailure``, ``Sweep``,
 ``SpeedCurve``, ``SynchronousStates``, ``Entrainment``, ``Approximation``, ``PhasePortrait``, ``OrbitBranch``,
 ``StabilityMap``, ``Basin``, ``CaptureProbability``, ``OptimiseBalancer``, ``Activation``, ``LoadSpectrum`` (also of
 ``Records``), ``FailureDetection``, ``ExciterDesign``, ``VoltageDip``; of a ``CamDrive``: ``CamLaw``, ``CamContour``,
-``CamCorrection``, ``CamPrediction``. Several side by side: ``compare`` (``Comparison``). Results: ``run``, ``run_file``,
-``load``, ``draw`` (for a page, ``PRINT``, or a column, ``JOURNAL``), ``report``, ``write_report`` (one file to send),
-``export``, and ``result.wucht``. In a notebook, a machine that moves: ``live``. Any other ordinary differential equation:
+``CamCorrection``, ``CamPrediction``. Several side by side: ``compare`` (``Comparison``), ``grid``. Results: ``run``,
+``run_file``, ``load``, ``draw`` (for a page, ``PRINT``, or a column, ``JOURNAL``), ``report``, ``write_report`` (one file to
+send), ``export``, and ``result.wucht``. In a notebook, a machine that moves: ``live``. Other ordinary differential equations:
 ``UserSystem`` (``load_equations``), ``System``, ``compile_system``, ``integrate``, ``periodic_orbit``; any System averaged:
 ``averaged``, ``strongly_damped``, ``separated``. Errors: ``WuchtError``, which is ``InputError`` or ``RunError``.
 
-The layers of the package, each of which knows only those before it: ``errors``, ``schema``, ``piecewise``, ``system``,
-``results``, ``numerics``, ``fatigue``, ``mechanics``, ``machines``, ``files``, ``analysis``, ``measurements``, ``cams``,
-``dynamics``, ``plots``, ``studies``, ``reports``, ``web``, ``extending``, ``cli``.
+The layers of the package, each of which knows only those before it: ``errors``, ``schema``, ``piecewise``,
+``function_trace``, ``system``, ``results``, ``numerics``, ``fatigue``, ``mechanics``, ``machines``, ``files``, ``analysis``,
+``measurements``, ``cams``, ``dynamics``, ``plots``, ``studies``, ``reports``, ``web``, ``extending``, ``cli``.
 """
 
 from __future__ import annotations

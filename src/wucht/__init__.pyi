@@ -26,6 +26,7 @@ from .studies.cam_law import CamLaw as CamLaw
 from .studies.cam_prediction.study import CamPrediction as CamPrediction
 from .studies.capture_probability.study import CaptureProbability as CaptureProbability
 from .studies.coast_down import CoastDown as CoastDown
+from .studies.comparison.grid import grid as grid
 from .studies.comparison.study import Comparison as Comparison
 from .studies.drive_failure import DriveFailure as DriveFailure
 from .studies.entrainment.study import Entrainment as Entrainment

@@ -6,7 +6,7 @@ compiles the cubic of one piece and changes its coefficients at the breakpoint, 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from functools import cached_property
 from typing import Any
 
@@ -124,6 +124,31 @@ def step(name: str, at: float, before: float, after: float) -> Pieces:
 
 
 ABSOLUTE = Pieces("abs", (0.0,), ((0, -1, 0, 0), (0, 1, 0, 0)))
+_SIGN = step("sign", 0.0, -1.0, 1.0)
+
+
+def with_located_kinks(expression: sp.Expr, constant: Set[sp.Symbol] = frozenset()) -> sp.Expr:
+    """The expression with |x| and sign(x) as piecewise functions, at whose breakpoints integration stops.
+
+    constant: symbols that do not change during a motion; functions of these alone have no kinks in it. SymPy also writes
+    sqrt(x^2) as abs(x).
+    """
+
+    def moves(e: sp.Expr) -> bool:
+        return bool(e.free_symbols - constant)
+
+    expression = expression.replace(lambda e: isinstance(e, sp.Abs) and moves(e), lambda e: PiecewiseCubic(e.args[0], ABSOLUTE))
+    return expression.replace(lambda e: isinstance(e, sp.sign) and moves(e), lambda e: PiecewiseCubic(e.args[0], _SIGN))
+
+
+def larger_value(a: sp.Expr, b: sp.Expr) -> sp.Expr:
+    """The larger of two values."""
+    return (a + b + sp.Abs(a - b)) / 2
+
+
+def smaller_value(a: sp.Expr, b: sp.Expr) -> sp.Expr:
+    """The smaller of two values."""
+    return (a + b - sp.Abs(a - b)) / 2
 
 
 def interpolated_pieces(name: str, abscissae: Sequence[float], ordinates: Sequence[float], kind: str) -> Pieces:

@@ -7,13 +7,16 @@ side small, outputs, quadratures, and which states are angles. It holds no numbe
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import sympy as sp
 
 from wucht.errors import WuchtError
+from wucht.function_trace import traced_rates
+from wucht.piecewise import with_located_kinks
 
 TIME = sp.Symbol("t", real=True)
 
@@ -97,6 +100,50 @@ class System:
     quadratures: tuple[Output, ...] = ()
     angles: frozenset[sp.Symbol] = frozenset()
     second_order: SecondOrder | None = field(default=None, compare=False)
+
+    @classmethod
+    def from_function(
+        cls, function: Callable[..., Any], states: Sequence[str], parameters: Iterable[str] = (), *, angles: Iterable[str] = ()
+    ) -> System:
+        """Write a Python function f(t, x, p) as formulas: it is called once, with symbols in the place of numbers.
+
+        Parameters
+        ----------
+        function : callable
+            Of the time, the states and the parameters, both arrays in the order of their names; it returns the derivatives of
+            the states. Arithmetic, matrix products, functions of NumPy and SymPy, ``np.where(x[0] > 0, a, b)``. Kinks and jumps
+            of ``abs``, ``sign``, ``maximum``, ``minimum`` and ``where`` are located exactly in each run.
+        states : sequence of str
+        parameters : iterable of str
+            Names, or a mapping by name: a System holds no values. What else the function uses keeps the value of the call.
+        angles : iterable of str
+            The states that are angles.
+
+        Returns
+        -------
+        System
+            As if its formulas had been written: with Jacobian, averaging and machine code.
+
+        Raises
+        ------
+        WuchtError
+            Where the function asks for a number, by a branch, ``math.sin`` or a function of SciPy: with the line, and what to
+            write instead.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> pendulum = System.from_function(lambda t, x, p: [x[1], -np.sin(x[0]) - p[0] * x[1]], ["q", "v"], ["d"])
+        >>> pendulum.derivatives
+        (v, -d*v - sin(q))
+        """
+        if isinstance(states, str) or isinstance(parameters, str):
+            raise WuchtError('states and parameters are lists of names: from_function(f, ["x", "v"], ["mu"])', code="no-list")
+        state_symbols, constants = (tuple(sp.Symbol(name, real=True) for name in names) for names in (states, parameters))
+        rates = traced_rates(function, TIME, state_symbols, constants)
+        turning = frozenset(sp.Symbol(name, real=True) for name in angles)
+        smooth_between_kinks = tuple(with_located_kinks(rate, frozenset(constants)) for rate in rates)
+        return cls(state_symbols, smooth_between_kinks, constants, angles=turning)
 
     def __post_init__(self) -> None:
         if len(self.states) != len(self.derivatives):

@@ -116,6 +116,7 @@ def averaged_torques(machine: Machine, w: float, alpha: np.ndarray, senses: np.n
     return -senses * steady
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("directions", "sense"), [("xyr", 1), ("xyr", -1), ("xy", 1)])
 def test_vibration_torques_are_the_means_of_the_full_equations(directions: str, sense: int) -> None:
     machine = exciters(sense, directions)

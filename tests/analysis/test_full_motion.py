@@ -52,6 +52,7 @@ def steady(machine: Machine, speed: float, phases: dict[str, float]) -> tuple[Av
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sense", [1, -1])
 @pytest.mark.parametrize("speed", [99.0, 180.0])
 def test_the_carrier_of_a_steady_rotation_follows_its_own_equation(speed: float, sense: int) -> None:

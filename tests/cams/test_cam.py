@@ -106,6 +106,7 @@ def test_derivatives_and_curvature_of_a_flat_faced_cam(cam):
     assert (cam.pressure_angle(PHI) == 0).all()
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(
     st.floats(0.05, 0.2),

@@ -10,7 +10,8 @@ from tests.refusals import refused
 
 from wucht.cams.elastic_output import Dwell, ElasticOutput, largest_on_arc, truncate_law
 from wucht.cams.elasticity import vibrations
-from wucht.cams.laws.standard_laws import RiseAndReturn, standard_law
+from wucht.cams.laws.cam_segments import RiseAndReturn
+from wucht.cams.laws.standard_laws import standard_law
 from wucht.cams.laws.synthesis import equiripple
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.motion_law import RiseMotionLaw

@@ -114,6 +114,7 @@ def test_eigenmotion_is_that_of_the_elliptic_integral(ratio):
     assert math.sqrt(x) * ellipe(ratio / x) * 2 / math.pi == pytest.approx(1, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_with_a_torque_it_is_what_integration_over_time_settles_to():
     of = shaft(0.76, line(100.0))
     found = of.motion_with_cam(LAW)

@@ -16,7 +16,8 @@ from wucht.cams.followers.flat_faced import FlatFaced, FlatFacedCam
 from wucht.cams.followers.oscillating_roller import OscillatingRoller
 from wucht.cams.followers.roller_cam import RollerCam
 from wucht.cams.followers.translating_roller import TranslatingRoller
-from wucht.cams.laws.standard_laws import STANDARD_LAWS, RiseAndReturn
+from wucht.cams.laws.cam_segments import RiseAndReturn
+from wucht.cams.laws.standard_laws import STANDARD_LAWS
 from wucht.cams.undercut import is_on_arcs, least_radius
 from wucht.errors import InputError
 from wucht.numerics.angles import GRID

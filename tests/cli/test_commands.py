@@ -93,6 +93,7 @@ def test_the_summary_has_every_key_and_null_where_there_is_no_number(wucht: Comm
     assert done["energy_residual"] < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_figures")
 def test_the_default_folder(wucht: Command, study: Study) -> None:
     assert wucht("run", study()).code == 0
@@ -104,6 +105,7 @@ def test_the_default_folder(wucht: Command, study: Study) -> None:
     assert Path("results/study/run-up.png").is_file()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_figures")
 def test_nothing_of_an_earlier_result_stays_but_what_is_the_users(wucht: Command, study: Study) -> None:
     file = study()
@@ -361,6 +363,7 @@ def _environment() -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": os.pathsep.join([source, os.environ.get("PYTHONPATH", "")])}
 
 
+@pytest.mark.slow
 def test_stdout_of_the_process_is_the_object_alone(study: Study, here: Path) -> None:
     study()
     Path("sub").mkdir()

@@ -33,11 +33,13 @@ def answers(line: str) -> list[str]:
     return [answer.partition("\t")[0] for answer in done.stdout.splitlines() if answer]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("line", "expected"), LINES.items(), ids=LINES.keys())
 def test_what_can_follow(here: Path, line: str, expected: list[str]) -> None:
     assert answers(line) == expected
 
 
+@pytest.mark.slow
 def test_commands_and_all_names(here: Path) -> None:
     assert {"run", "compare", "list"} <= {*answers("wucht ")}
     catalogue = {path.relative_to(FOLDER).with_suffix("").as_posix() for path in FOLDER.rglob("*.toml")}

@@ -56,6 +56,7 @@ def _loaded_modules(*words: object) -> set[str]:
     return set(done.stderr.splitlines()[-1].split())
 
 
+@pytest.mark.slow
 def test_a_warm_run_loads_no_library_that_it_does_not_use(study: Study) -> None:
     file = study()
     _loaded_modules("run", file, "-o", "out")  # derives and compiles
@@ -66,7 +67,8 @@ def test_a_warm_run_loads_no_library_that_it_does_not_use(study: Study) -> None:
     assert modules & UNUSED_MODULES == set()
 
 
-@pytest.mark.parametrize("command", ["plot", *(pytest.param(name, marks=pytest.mark.slow) for name in ("report", "export"))])
+@pytest.mark.slow
+@pytest.mark.parametrize("command", ["plot", *(name for name in ("report", "export"))])
 def test_what_shows_a_result_loads_neither_dask_nor_heyoka(command: str, study: Study) -> None:
     _loaded_modules("run", study(), "-o", "out")
     words = ["out", "--csv"] if command == "export" else ["out"]

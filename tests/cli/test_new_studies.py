@@ -91,6 +91,7 @@ LONG = {
 
 
 # A single run is interrupted in test_interrupt.py.
+@pytest.mark.slow
 @pytest.mark.usefixtures("unpainted")
 @pytest.mark.parametrize("name", LONG)
 def test_ctrl_c_leaves_a_valid_result(wucht: Command, here: Path, interrupted: Callable[..., None], name: str) -> None:

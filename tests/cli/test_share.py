@@ -76,6 +76,7 @@ def test_an_installation_without_the_page_says_how_to_build_it(
     assert "pip install --force-reinstall --no-deps --no-cache-dir wucht" in done.err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [

@@ -61,9 +61,9 @@ SPECTRA = PAGES["docs/load-spectra.md"]
 
 
 def test_the_record_of_the_standard(wucht, here):
-    said = next(b.said for b in blocks(SPECTRA) if b.text == "wucht run specimen.toml -o results\n")
+    said = next(b.said for b in blocks(SPECTRA) if b.text == "wucht run specimen.toml -o results --details\n")
     write_files(SPECTRA)
-    out = wucht("run", "specimen.toml", "-o", "results").out
+    out = wucht("run", "specimen.toml", "-o", "results", "--details").out
     assert out.startswith(said)
 
 

@@ -55,6 +55,7 @@ def test_commands_are_ones_that_there_are(page: Path, block: Block, here: Path) 
         CHECKED[words[0]](words[1:])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [n for n in PAGES if inline_commands(PAGES[n])])
 def test_commands_in_sentences_are_ones_that_there_are(name: str, here: Path) -> None:
     _write_all_files(PAGES[name])

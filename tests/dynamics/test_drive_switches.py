@@ -39,6 +39,7 @@ def end_state(machine: Machine, state: np.ndarray, end: float) -> np.ndarray:
     return np.asarray(states[:, -1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "end"), [("practice/screen", 0.8), ("practice/fan-on-belt", 1.0), ("practice/laundry-drum", 0.5)]
 )

@@ -81,6 +81,7 @@ def check_lengths(folder: Path, chosen: Sequence[str]) -> None:
         assert drawn_numbers(drawing, lengths) == pytest.approx(numbers, rel=1e-12, abs=1e-15)
 
 
+@pytest.mark.slow
 def test_lengths_are_those_of_the_figure_at_other_parameters_too(tmp_path: Path) -> None:
     check_lengths(tmp_path, FAMILIES[::2])
 

@@ -111,6 +111,7 @@ def check_equations(folder: Path, machines: Mapping[str, tuple[Machine, np.ndarr
     assert {name: d for name, d in differences.items() if not d <= 1e-12} == {}
 
 
+@pytest.mark.slow
 def test_equations_of_a_machine_of_each_family_are_those_of_python(tmp_path: Path) -> None:
     """Contacts, friction, motors with states, a law within a law, schedules, quantities without units, a shaken carrier."""
     check_equations(tmp_path, {name: catalogue_machine(name) for name in FAMILIES})
@@ -208,6 +209,7 @@ def test_each_machine_of_the_catalogue_ends_as_in_python(tmp_path: Path) -> None
     assert {name: d for name, d in differences.items() if not d <= 1e-6} == {}
 
 
+@pytest.mark.slow
 def test_balls_of_a_washing_machine_push_each_other_as_in_python(tmp_path: Path) -> None:
     """The balls leave the bottom of the ring and collide: each contact is a spring that is switched on and off."""
     machine, state = catalogue_machine("practice/laundry-drum")

@@ -28,6 +28,7 @@ def read_back(machine: Machine, tmp_path: object) -> Machine:
     return machine_from(document["machine"])
 
 
+@pytest.mark.slow
 def test_every_machine_of_the_catalogue_is_read_back(tmp_path: object) -> None:
     """With its equations, of one with mounts, material and two drives; equal values and parts have equal ones."""
     machines = [name for name in names() if "machine" in load_document(name)[0]]
@@ -90,6 +91,7 @@ def test_what_is_long_is_counted() -> None:
     assert tomllib.loads(toml_text(short)) == short
 
 
+@pytest.mark.slow
 def test_the_study_file_of_a_result_asks_the_same(tmp_path: Path) -> None:
     for name in (n for n in names() if n.startswith(("practice/", "kaltofen", "sperling-rollers/"))):
         first = read_study(name)

@@ -68,6 +68,7 @@ def test_torques_of_direct_current_by_hand(kind, speed, torque):
     assert drive(kind).torque_at(speed) == pytest.approx(torque, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["dc-shunt", "dc-series", "induction"])
 @few
 @given(speed=st.floats(-300, 300))

@@ -57,6 +57,7 @@ def swung(parts, angle, end, tolerance=1e-12):
     return ran
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [0.6, np.pi - 0.6])  # it falls over the one side, and over the other
 @pytest.mark.parametrize("width", [1e-5, 1e-2, 10.0])  # rad/s; it swings with up to 12 rad/s
 @pytest.mark.parametrize("kind", [coulomb, table, geared])

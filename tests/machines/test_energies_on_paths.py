@@ -56,6 +56,7 @@ def energy_of_points(state: dict[str, float], inertia: float) -> float:
     return float(kinetic + potential)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("inertia", [None, INERTIA])
 def test_the_energy_is_that_of_its_mass_on_its_path(seed: int, inertia: float | None) -> None:

@@ -87,6 +87,7 @@ def rotor_with(preload: str, **more: str) -> Machine:
     return Machine(parts.Carrier(stiffness="1e5 N/m", damping="200 N s/m"), [drum, *bodies], [motor])
 
 
+@pytest.mark.slow
 def test_pendulums_that_stand_where_they_would_compensate_but_stay_closed_compensate_nothing() -> None:
     """cos(angle) = -U/(2 m_s d): 112.02 degrees. What is left of the unbalance is that of the drum, and the verdict says so."""
     at = math.acos(-9.75e-3 / (2 * 0.25 * 0.052))

@@ -46,6 +46,7 @@ def test_without_noise_the_orders_are_exact(kind):
     assert fit.explained_share == pytest.approx(1, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_scatter_of_two_hundred_records_is_the_standard_error():
     fits = [fit_orders(RECORDS["speed"](1.0, seed), ORDERS) for seed in range(200)]
     found = np.array([coefficients(f) for f in fits])

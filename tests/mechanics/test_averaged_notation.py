@@ -48,6 +48,7 @@ def states(machine: Machine, parameters: set[str]) -> set[str]:
     return {speed, *(f"{letter}_{b}" for b in bodies for letter in (speed, phase))}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("name", MACHINES)
 def test_every_symbol_is_a_state_a_parameter_or_defined_before(name: str, order: int) -> None:

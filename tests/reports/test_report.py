@@ -80,6 +80,7 @@ def _changed(source: Path, target: Path, **attributes: Any) -> Path:
     return target
 
 
+@pytest.mark.slow
 def test_one_result_has_verdict_figure_machine_numbers_and_study_file(wucht: Command, here: Path, results: Path) -> None:
     page = Page(_page(wucht, str(results / "screen")))
     said = package.report(package.load(results / "screen"))
@@ -99,6 +100,7 @@ def test_one_result_has_verdict_figure_machine_numbers_and_study_file(wucht: Com
     assert document == json.loads(load_result(results / "screen").attrs["document"])
 
 
+@pytest.mark.slow
 def test_several_results_have_a_chapter_each_and_a_table_of_contents(wucht: Command, here: Path, results: Path) -> None:
     text = _page(
         wucht, str(results / "screen" / "result.nc"), str(results), str(results / "screen"), "--title", "For a customer"
@@ -176,6 +178,7 @@ def test_the_searches_leave_out_their_trials() -> None:
     assert studies()["run-up"].study.trials == ()
 
 
+@pytest.mark.slow
 def test_no_identifier_occurs_twice_and_every_reference_has_its_target(wucht: Command, here: Path, results: Path) -> None:
     text = _page(wucht, str(results))
     ids = re.findall(r'\bid="([^"]+)"', text)
@@ -207,6 +210,7 @@ def test_the_same_results_give_the_same_bytes(
     assert _page(wucht, str(results)) == first
 
 
+@pytest.mark.slow
 def test_titles_are_escaped_and_shortened(wucht: Command, here: Path, results: Path) -> None:
     _changed(results / "cam", here / "trap", title=_TRAP, sentence=_TRAP, warnings=json.dumps([_TRAP, "a\x00b\u202e\ud800"]))
     text = _page(wucht, "trap", "--title", _TRAP + "</style><b>")
@@ -273,6 +277,7 @@ def test_bad_places(refused: Refused, here: Path, results: Path) -> None:
     refused("report", cam, "-o", "n" * 300 + ".html", says=("-o",))
 
 
+@pytest.mark.slow
 def test_an_earlier_report_survives_a_failure(refused: Refused, wucht: Command, here: Path, results: Path) -> None:
     before = _page(wucht, str(results / "cam"))
     (here / "damaged.nc").write_bytes(b"nothing")

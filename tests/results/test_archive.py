@@ -65,6 +65,7 @@ def back(folder: Path, **values: Any) -> dict[str, Any]:
     return {name: archive.read_value(file, name) for name in values}
 
 
+@pytest.mark.slow
 @given(data)
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_what_is_written_is_read(tmp_path: Path, value: Any) -> None:

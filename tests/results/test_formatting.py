@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 from matplotlib.text import Text
 
-from wucht import TorqueBalance, draw, load_machine, report, run
+from wucht import TorqueBalance, draw, load_machine, report, run, run_file
 from wucht.results.formatting import (
     engineering_text,
     number_text,
@@ -17,6 +18,26 @@ from wucht.results.formatting import (
     with_unit,
 )
 from wucht.schema.units import Unit
+
+ROTOR = """\
+[machine.carrier]
+mass = "40 kg"
+stiffness = "2e4 N/m"
+damping = "300 N s/m"
+[[machine.bodies]]
+kind = "rotor"
+name = "drum"
+mass = "10 kg"
+unbalance = "0.02 kg m"
+inertia = "0.3 kg m^2"
+[machine.drive]
+kind = "linear"
+slope = "0.5 N m s"
+no_load_speed = "SPEED"
+[study]
+kind = "run-up"
+until = "4 s"
+"""
 
 
 @pytest.mark.parametrize(
@@ -109,6 +130,7 @@ def test_a_data_sheet_has_units_in_print(value: float, unit: str, printed: str) 
     assert engineering_text(value, unit) == printed
 
 
+@pytest.mark.slow
 def test_a_report_and_a_figure_are_printed_in_these_units() -> None:
     """Whatever a study writes: the torques of working points, a parameter of another unit than its own."""
     result = run(TorqueBalance(), load_machine("practice/fan-on-belt"))
@@ -132,3 +154,43 @@ def test_a_report_and_a_figure_are_printed_in_these_units() -> None:
 )
 def test_numbers_of_a_sentence_have_four_digits(text: str, expected: str) -> None:
     assert round_numbers(text) == expected
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "words"),
+    [
+        (37479.6, "h", "37,480 h"),
+        (9999.4, "h", "9999 h"),
+        (9999.6, "h", "10,000 h"),
+        (1.2e7, "h", "1.2e+07 h"),
+        (109_344.0, "N", "109.3 kN"),
+        (999.0, "N", "999 N"),
+        (0.0, "N m", "0 N m"),
+        (-2500.0, "N m", "-2.5 kN m"),
+        (4.5, "kg m", "4.5 kg m"),
+    ],
+)
+def test_numbers_of_machines_have_units_of_the_trade_and_no_exponents(value: float, unit: str, words: str) -> None:
+    assert number_text(value, unit) == words
+
+
+def test_counts_in_a_format_have_no_exponents_either() -> None:
+    assert number_text(11740.2, "", ".4g") == "11,740"
+    assert number_text(11740.2, "", ".2e") == "1.17e+04"
+
+
+@pytest.mark.parametrize(
+    ("speed", "words"),
+    [
+        ("1205 rpm", "1203 rpm (125.99 rad/s) of 1205 rpm (126.19 rad/s) without vibration"),
+        ("1205 U/min", "1203 rpm (125.99 rad/s) of 1205 rpm (126.19 rad/s) without vibration"),
+        ("126.18730 rad/s", "125.99 rad/s (1203 rpm) of 126.19 rad/s (1205 rpm) without vibration"),
+    ],
+)
+def test_speeds_begin_with_rpm_where_the_file_has_rpm(speed: str, words: str, tmp_path: Path) -> None:
+    file = tmp_path / "rotor.toml"
+    file.write_text(ROTOR.replace("SPEED", speed), encoding="utf-8")
+    lines = report(run_file(file))
+    assert f"  speed        {words}" in lines
+    heading = draw(run_file(file)).axes[0].figure.get_suptitle()  # type: ignore[union-attr]
+    assert lines[1].removeprefix("verdict: ") in " ".join(heading.split())

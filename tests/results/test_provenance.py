@@ -31,6 +31,7 @@ def raw(path: Path | str) -> xr.Dataset:
     return xr.load_dataset(path, engine="h5netcdf")
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=60)
 @given(
     values=npst.arrays(

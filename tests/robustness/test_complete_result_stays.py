@@ -104,6 +104,7 @@ def test_stopped_twice_it_lies_beside_and_is_continued(tmp_path: Path, kind: str
     assert names(out) == {"result.nc"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_in_a_second_run(begun: Path, number: int) -> None:
     """Both are named, then and where it is continued."""
@@ -124,6 +125,7 @@ def test_a_signal_in_a_second_run(begun: Path, number: int) -> None:
     assert package.load(out).wucht.question["study"]["below"] == 1e4
 
 
+@pytest.mark.slow
 def test_killed_in_a_second_run(begun: Path) -> None:
     before = complete(begun / "out")
     assert poles(begun, *OTHER, at=3, what=signal.SIGKILL).code == -signal.SIGKILL
@@ -133,6 +135,7 @@ def test_killed_in_a_second_run(begun: Path) -> None:
     assert names(begun / "out") == set(before)
 
 
+@pytest.mark.slow
 def test_a_second_run_that_fails(begun: Path) -> None:
     """With a sentence of its own, or for want of memory."""
     before = complete(begun / "out")
@@ -145,6 +148,7 @@ def test_a_second_run_that_fails(begun: Path) -> None:
     assert complete(begun / "out") == before
 
 
+@pytest.mark.slow
 def test_before_the_first_result_no_file_is_promised(begun: Path) -> None:
     out = begun / "out"
     before = complete(out)
@@ -157,6 +161,7 @@ def test_before_the_first_result_no_file_is_promised(begun: Path) -> None:
     assert again.code == 2 and "answers another question: study.below was not given, now 10000.0" in again.sentence
 
 
+@pytest.mark.slow
 def test_one_rule_also_for_the_first_run(begun: Path) -> None:
     """What reads a folder finds the part where there is no complete result; a new run begins without it."""
     (begun / "out").rename(begun / "earlier")
@@ -174,6 +179,7 @@ def test_one_rule_also_for_the_first_run(begun: Path) -> None:
     assert not (begun / "out").exists() or not names(begun / "out")
 
 
+@pytest.mark.slow
 def test_both_questions_of_a_folder_are_answered(begun: Path) -> None:
     """The complete result of one, and the other, which was stopped; a third one is refused, and leaves both."""
     out = begun / "out"
@@ -189,6 +195,7 @@ def test_both_questions_of_a_folder_are_answered(begun: Path) -> None:
     assert names(out) == {"result.nc", "poles.png", "summary.json"}
 
 
+@pytest.mark.slow
 def test_the_same_question_again_is_continued_too(begun: Path) -> None:
     before = complete(begun / "out")
     assert poles(begun, at=3, what=signal.SIGINT).code == 130
@@ -198,6 +205,7 @@ def test_the_same_question_again_is_continued_too(begun: Path) -> None:
     assert names(begun / "out") == set(before)
 
 
+@pytest.mark.slow
 def test_what_an_earlier_version_left_unfinished_is_begun_anew(begun: Path) -> None:
     """It wrote an incomplete result as ``result.nc``, and units with Zarr: a sentence, and they stay until the next run."""
     out = begun / "out"

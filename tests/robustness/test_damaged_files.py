@@ -77,6 +77,7 @@ def result(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     return folder / "out" / "result.nc"
 
 
+@pytest.mark.slow
 def test_changed_bytes_of_a_result(result: Path, tmp_path: Path) -> None:
     """What is read all the same is what was written: there are bytes that mean nothing."""
     from wucht.results.output_folder import load_result
@@ -95,6 +96,7 @@ def test_changed_bytes_of_a_result(result: Path, tmp_path: Path) -> None:
     assert tried(tmp_path, attempts)["sentence"] > 8
 
 
+@pytest.mark.slow
 def test_edited_results(result: Path, tmp_path: Path) -> None:
     """Each is drawn, reported, exported, written as CSV and compared."""
     from wucht.results.output_folder import load_result

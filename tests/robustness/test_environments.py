@@ -58,9 +58,10 @@ def test_an_alphabet_without_the_letters(study: Study, encoding: str) -> None:
     assert "?" in done.stdout.decode(encoding).splitlines()[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "matplotlibrc",
-    [b"text.usetex: True\n", pytest.param(b"font.size: \xff\n", marks=pytest.mark.slow)],
+    [b"text.usetex: True\n", b"font.size: \xff\n"],
     ids=["TeX", "no text"],
 )
 @pytest.mark.usefixtures("no_figures")
@@ -112,7 +113,8 @@ ODD: dict[str, dict[str, str | None]] = {
 }
 
 
-@pytest.mark.parametrize("names", [[*ODD][:-1], *(pytest.param([name], marks=pytest.mark.slow) for name in ODD)], ids=str)
+@pytest.mark.slow
+@pytest.mark.parametrize("names", [[*ODD][:-1], *([name] for name in ODD)], ids=str)
 def test_odd_environments(study: Study, names: list[str]) -> None:
     """First all at once, as far as they do not contradict each other; the last one says more than is wrong."""
     given = {key: value for name in reversed(names) for key, value in ODD[name].items()}
@@ -125,6 +127,7 @@ def test_odd_environments(study: Study, names: list[str]) -> None:
     assert {p.name for p in Path("out").iterdir()} == FILES
 
 
+@pytest.mark.slow
 def test_a_working_directory_that_is_gone(study: Study, tmp_path: Path) -> None:
     """There is nothing to write to, and a relative name leads nowhere: that is said."""
     done = in_a_shell("mkdir gone; cd gone; rmdir ../gone; wucht run x.toml")
@@ -232,6 +235,7 @@ def test_a_number_of_threads_that_is_none(name: str, given: str, monkeypatch: py
     assert "OMP_NUM_THREADS" not in os.environ and "NUMEXPR_NUM_THREADS" not in os.environ
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is checked")
 def test_an_address_space_that_is_too_small(study: Study) -> None:
     """OpenBLAS would try for ever to get its memory, and no signal but SIGKILL would end it."""

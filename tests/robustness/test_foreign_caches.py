@@ -128,7 +128,8 @@ def test_who_has_the_key_can_run_programs(here: Path, owner: Path, crafted: byte
     assert subprocess.run(command, env=of(me), capture_output=True, check=False).returncode == EXIT_CODE
 
 
-@pytest.mark.parametrize("count", [1, pytest.param(8, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [1, 8])
 def test_a_damaged_cache(here: Path, owner: Path, expected: xr.Dataset, count: int) -> None:
     """Some entries changed, exchanged or removed: each time the same result, and one note at most.
 

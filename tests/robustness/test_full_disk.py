@@ -47,6 +47,7 @@ def test_a_result_that_does_not_fit(study: Study) -> None:
     assert [path.name for path in Path("out").iterdir()] == ["units"], "what was computed, for --resume"
 
 
+@pytest.mark.slow
 def test_an_earlier_result_stays_whole_where_the_new_one_does_not_fit(study: Study, wucht: Callable[..., Any]) -> None:
     """Not only its file: its figure and its summary too."""
     file = study('until = "0.5 s"', 'until = "0.02 s"')
@@ -66,6 +67,7 @@ def test_an_earlier_result_stays_whole_where_the_new_one_does_not_fit(study: Stu
     assert {path.name: path.read_bytes() for path in Path("out").iterdir() if path.is_file()} == before
 
 
+@pytest.mark.slow
 def test_a_figure_that_does_not_fit_is_a_warning(study: Study, wucht: Callable[..., Any]) -> None:
     """The new result is in its place, with its summary; the figure of the earlier one, which is not its own, is not."""
     file = study('until = "0.5 s"', 'until = "0.02 s"')
@@ -133,8 +135,9 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
 LEFT = (0, 12, 30, 100, 200, 300, 400, 500, 600, 700, 800, 1000, 1200)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("unpainted")
-@pytest.mark.parametrize("left", [k if k == 30 else pytest.param(k, marks=pytest.mark.slow) for k in LEFT])
+@pytest.mark.parametrize("left", LEFT)
 def test_a_disk_that_becomes_full(study: Study, small_disk: Path, left: int) -> None:
     """left: kilobytes that the second run has. Either its result is there as a whole, at least without its figure, or the first
     one with its figure, and --resume goes on."""

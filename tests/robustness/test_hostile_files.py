@@ -35,6 +35,7 @@ def campaign(seeds: Iterable[int], folder: Path) -> tuple[Counter[Class], list[s
     return counts, bad
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("loaded", "unpainted")
 def test_few(tmp_path: Path) -> None:
     counts, bad = campaign(FEW, tmp_path)

@@ -70,6 +70,7 @@ def with_schedule(points: int, spoilt: int | None = None) -> package.Machine:
     )
 
 
+@pytest.mark.slow
 def test_points_of_a_schedule_cost_no_more_where_they_are_many() -> None:
     """Of 40,000 each takes some 30 us of processor time; where each looks at all the others, it is 400 us."""
     with_schedule(100)
@@ -78,6 +79,7 @@ def test_points_of_a_schedule_cost_no_more_where_they_are_many() -> None:
     assert time.process_time() - begun < 6.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("points", [101, 10_001])
 def test_a_wrong_point_is_named_among_many(points: int) -> None:
     with refused("machine.schedules[0].points (t = 5)", "carrier.stiffness", given=-1.0):
@@ -104,6 +106,7 @@ def test_a_long_text_is_refused(tmp_path: Path, key: str) -> None:
                 load_machine(str(file))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("megabytes", "reason"), [(50, "the file has 50 MB; at most 40 MB"), (4, "title: given 'xxxx")])
 def test_a_title_of_megabytes(tmp_path: Path, megabytes: int, reason: str) -> None:
     """Refused by the size of its file before that is read, or by its own."""

@@ -44,6 +44,7 @@ def called(package: str) -> Iterator[set[str]]:
         sys.setprofile(None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", QUESTIONS)
 def test_nothing_symbolic_in_a_second_run(name: str) -> None:
     file, keys, values = QUESTIONS[name]

@@ -31,6 +31,7 @@ QUICK = ("coast-down", "torque-balance")  # one with a panel over time, one over
 KINDS = [k if k in QUICK else pytest.param(k, marks=pytest.mark.slow) for k in studies() if studies()[k].template]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.filterwarnings("error:.*:UserWarning:matplotlib")
 def test_the_figure_of_its_template(kind: str, wucht: Callable[..., Any]) -> None:

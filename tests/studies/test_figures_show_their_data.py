@@ -6,6 +6,7 @@ variables are unlike, so that one that is drawn for another, or at a place of an
 
 from __future__ import annotations
 
+import html
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,7 +21,7 @@ from matplotlib.figure import Figure
 from scipy.spatial import cKDTree
 from tests import stated
 
-from wucht import JOURNAL, PRINT, draw
+from wucht import JOURNAL, PRINT, draw, report, write_report
 from wucht.studies.registry import studies
 from wucht.studies.study_file import read_study, run_study
 
@@ -319,6 +320,20 @@ def test_lines_are_where_the_data_are(drawn: tuple[xr.Dataset, Figure], request:
 @pytest.mark.parametrize("drawn", KINDS, indirect=True)
 def test_all_of_a_result_is_as_stated(drawn: tuple[xr.Dataset, Figure], request: pytest.FixtureRequest) -> None:
     stated.check(f"template-{request.node.callspec.params['drawn']}", *drawn)
+
+
+@pytest.mark.parametrize("drawn", KINDS, indirect=True)
+def test_the_answer_is_one_sentence_in_report_figure_and_page(drawn: tuple[xr.Dataset, Figure], tmp_path: Path) -> None:
+    result, figure = drawn
+    (answer,) = [line.removeprefix("verdict: ") for line in report(result) if line.startswith("verdict: ")]
+    figure.savefig(tmp_path / "figure.png", dpi=40)
+    heading = " ".join(text.get_text() for text in figure.texts).replace("\N{NO-BREAK SPACE}", " ")
+    begin, ellipsis, _ = " ".join(heading.split()).removeprefix(result.title).strip().partition("\N{HORIZONTAL ELLIPSIS}")
+    assert answer.startswith(begin) if ellipsis and len(begin) < len(answer) else begin.startswith(answer), (answer, begin)
+    assert len(begin) > 20, begin
+    result.to_netcdf(tmp_path / "result.nc")
+    page = write_report([tmp_path / "result.nc"], tmp_path / "page.html").read_text(encoding="utf-8")
+    assert answer in html.unescape(page)
 
 
 def test_every_study_is_expected() -> None:

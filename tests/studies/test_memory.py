@@ -231,6 +231,7 @@ def test_several_at_once_in_one_folder(tmp_path: Path) -> None:
     assert any(last.values())
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_killed_at_any_moment(tmp_path: Path) -> None:
     """kill -9 while it writes: what is read back is right, and never less than before."""

@@ -43,6 +43,7 @@ def motion(name: str) -> xr.Dataset:
     return run(RunUp(until=1.0), made(name))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["balls", "clockwise", "two rotors"])
 def test_rates_are_those_of_what_moves(name: str) -> None:
     """Differences of angles and displacements over a sample are means of speeds and velocities, but for the curvature."""

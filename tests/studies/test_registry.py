@@ -107,6 +107,7 @@ def module(here: Path) -> Iterator[Callable[..., str]]:
         sys.modules[name].Counting.kind = ""
 
 
+@pytest.mark.slow
 def test_a_study_is_one_class(wucht: Callable[..., Any], module: Callable[..., str]) -> None:
     name = module()
     done = wucht("run", "practice/laundry-drum", "--import", f"{name}.py", "--set", "study.kind=count", "-o", "out")
@@ -206,6 +207,7 @@ def with_installed(here: Path) -> Callable[..., Callable[..., subprocess.Complet
     return installed
 
 
+@pytest.mark.slow
 def test_a_study_that_cannot_be_loaded_is_a_line(with_installed: Callable[..., Callable[..., Any]]) -> None:
     """And it is none of those that several machines compute."""
     command = with_installed(broken="no_such_package.study")

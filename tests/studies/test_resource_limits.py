@@ -86,7 +86,8 @@ def many_pendulums(count: int) -> Machine:
     )
 
 
-@pytest.mark.parametrize(("bodies", "notes"), [pytest.param(38, 0, marks=pytest.mark.slow), (39, 1)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("bodies", "notes"), [(38, 0), (39, 1)])
 def test_what_many_bodies_take_is_said_before_it_is_spent(bodies: int, notes: int) -> None:
     """More than five seconds, of 0.12 for each coordinate of which a rotor on a carrier has three: before the checks, too."""
     said: list[str] = []

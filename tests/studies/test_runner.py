@@ -181,6 +181,7 @@ def test_what_is_no_question_is_refused() -> None:
         runner.run("run-up", load_machine("drozdetskaya-2020/r1"))  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_figures_do_not_depend_on_each_other_nor_on_the_users_settings(tmp_path: Path) -> None:
     """A figure is the same whatever was drawn before it, and changes no setting of matplotlib."""
     import matplotlib as mpl
@@ -204,6 +205,7 @@ def test_bad_input_makes_no_folder(tmp_path: Path) -> None:
     assert not (tmp_path / "new").exists()
 
 
+@pytest.mark.slow
 def test_a_result_that_is_not_complete_is_saved_on_the_way(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ticks = itertools.count(step=100.0)
     monkeypatch.setattr(time, "perf_counter", lambda: next(ticks))  # never too soon for the next one
@@ -222,6 +224,7 @@ def test_a_result_that_is_not_complete_is_saved_on_the_way(tmp_path: Path, monke
     assert [path.name for path in tmp_path.iterdir()] == ["result.nc"]
 
 
+@pytest.mark.slow
 def test_results_saved_on_the_way_are_freed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where Python collects seldom, as on the command line: of a map of a million cells each takes 25 MB."""
     unfinished = list[weakref.ref[np.ndarray]]()

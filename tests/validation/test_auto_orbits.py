@@ -48,6 +48,7 @@ def exact_multipliers(system: System, values: dict[str, float], cycle: Cycle) ->
     return logarithms(across)[0], along
 
 
+@pytest.mark.slow
 def test_lorenz_orbits_from_the_hopf_point_to_the_homoclinic_one() -> None:
     begin = hopf(LORENZ, "rho", (1.5, 30.0), [math.sqrt(24), math.sqrt(24), 9.0], 10.0)
     scale = {"x": 5.0, "y": 5.0, "z": 10.0, "rho": 5.0}
@@ -198,6 +199,7 @@ def test_dissertation_periods_and_speeds_of_the_rotating_orbit() -> None:
         assert (fine.min(), fine.max()) == pytest.approx((low, high), abs=6e-6)
 
 
+@pytest.mark.slow
 def test_dissertation_stability_of_the_rotating_orbit() -> None:
     """ln mu down to -400: by integration, with the sum that Liouville's theorem gives, and the trivial one."""
     system, fixed, cycles, points = dissertation()

@@ -64,7 +64,8 @@ def test_twelve_balls_in_the_passage(frequency: float | None, amplitude: float, 
     assert any("overlap by up to" in w for w in result.wucht.warnings) == (frequency is not None)
 
 
-@pytest.mark.parametrize("balls", [3, pytest.param(12, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("balls", [3, 12])
 def test_balls_that_knock_for_good_end_a_run_until_settled(balls: int) -> None:
     """Under gravity they knock for ever: the unbalance scatters by 0.3 %, whatever the length. The schedule ends at 15 s."""
     drum, ball = DRUM["bodies"]

@@ -118,6 +118,7 @@ def test_existence_and_stability_of_the_rigs_modulated_motion(answers: dict[str,
     assert full["modulation_period"] == pytest.approx(at["period"], rel=0.06)
 
 
+@pytest.mark.slow
 def test_two_pendulums_do_the_same_until_they_part(answers: dict[str, dict[str, Any]]) -> None:
     one, two = answers[RIG], answers[RIG_OF_TWO]
     for a, b in zip(one["ends"], two["ends"], strict=True):

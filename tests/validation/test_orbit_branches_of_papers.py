@@ -40,6 +40,7 @@ def test_periods_and_speeds_of_table_5_1(name: str) -> None:
         assert orbits[u]["max_speed"] == pytest.approx(high, abs=6e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["5.6", "5.7"])
 def test_both_ends_of_table_5_1_are_saddle_nodes_on_the_orbit(name: str) -> None:
     """u1* and u2*; the law of the period alone gives them within its own error."""

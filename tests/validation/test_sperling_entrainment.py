@@ -48,6 +48,7 @@ def test_the_band_of_existence_is_that_of_equation_21(own_answer: tuple[xr.Datas
     assert s["existence_edges"] == ["fold", "fold"]
 
 
+@pytest.mark.slow
 def test_the_full_equations_have_nearly_that_band(own_answer: tuple[xr.Dataset, dict[str, Any]]) -> None:
     """The averaged equations leave out terms of the order of the fluctuation (26), squared: here 0.02 rad, squared."""
     _, s = own_answer

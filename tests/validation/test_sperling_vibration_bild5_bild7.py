@@ -64,6 +64,7 @@ def test_bild_5_folds_of_the_averaged_equation() -> None:
     assert folds["down"] == pytest.approx((8.842751, 7.51106, 6.09477), abs=1e-5)
 
 
+@pytest.mark.slow
 def test_bild_5_jumps_of_the_full_equations() -> None:
     """Ours at J_1 = 1e-4 kg m^2, near (60); the distance is the ripple's, and goes as 1/J_1 (below)."""
     jumps, averaged = jumps_of({}), folds_of_60()
@@ -110,6 +111,7 @@ def test_bild_7_equations_are_those_of_the_paper() -> None:
     assert float(result.angle[-1]) - math.pi / 2 == pytest.approx(expected.y[0, -1], rel=1e-8)
 
 
+@pytest.mark.slow
 def test_bild_7_comes_to_rest() -> None:
     """Means over 20 s agree with cases.md to 0.05 % (it averages samples, we turns). It turns back at 4183.993 s; "ca. 4000 s"
     in the text, 4192 s in cases.md, 4183.993 s by (64)-(65) in SciPy at a tolerance of 1e-12. At the end, 4500 s, it has swung

@@ -169,6 +169,7 @@ def test_a_rotor_that_has_turned_has_stopped() -> None:
 # --- the screen ---
 
 
+@pytest.mark.slow
 def test_the_motors_of_a_screen_do_not_lift_their_weights(weak: xr.Dataset) -> None:
     """The swings beat, and feed on the motors, whose torque rises with the speed: that of e2 turns over after 90 s."""
     s = weak.wucht.summary
@@ -182,6 +183,7 @@ def test_the_motors_of_a_screen_do_not_lift_their_weights(weak: xr.Dataset) -> N
     assert begins == [pytest.approx(91.15, abs=0.5)] * 2
 
 
+@pytest.mark.slow
 def test_swings_that_a_motor_feeds_have_no_verdict_while_they_change(weak: xr.Dataset) -> None:
     """Also of a rotor beside the main one. The advice leads to the verdict by no more than a few runs."""
     until, ends = 15.0, []

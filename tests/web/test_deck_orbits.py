@@ -65,6 +65,7 @@ def check_orbits(
     return drawn
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "times"), [("practice/screen", [0.15, 1.0]), ("practice/fan-on-belt", [2.0])])
 def test_orbits_of_a_deck_that_pitches_are_those_of_python(tmp_path: Path, name: str, times: list[float]) -> None:
     for left, centre, right in check_orbits(tmp_path, name, times):
@@ -92,6 +93,7 @@ def test_orbits_of_the_ends_stay_in_the_picture_and_are_large(tmp_path: Path, na
     assert largest > 40
 
 
+@pytest.mark.slow
 def test_orbits_are_drawn_about_the_rest_of_changed_springs(tmp_path: Path) -> None:
     """Harder springs, from 1 s on: the deck rests nearly 5 mm higher, much more than its orbits are large."""
     changes = [{"time": 1, "parameters": {f"carrier.mounts.{k}.stiffness.y": 150e3 for k in (1, 2)}}]
@@ -101,6 +103,7 @@ def test_orbits_are_drawn_about_the_rest_of_changed_springs(tmp_path: Path) -> N
         assert np.linalg.norm(points.mean(axis=0)) < 0.1 * size_of(points)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [

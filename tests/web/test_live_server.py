@@ -245,6 +245,7 @@ def test_a_verdict_is_that_of_wucht_run(client: TestClient, tmp_path: Path, sett
     assert result.wucht.summary["outcome"] == label
 
 
+@pytest.mark.slow
 @needs_page
 def test_a_page_whose_verdict_takes_too_long_comes_without_one(folder: Path) -> None:
     with client_with(folder, judging=0.3) as client:

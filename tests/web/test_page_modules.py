@@ -23,6 +23,7 @@ page_of = cache(page_text)
 RELEASES = {"sperling-vibration/figure-4", "sperling-vibration/figure-4-y-blocked", "sperling-vibration/table-1"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "paths"),
     [
@@ -74,6 +75,7 @@ def test_a_copied_study_file_is_the_machine_shown(tmp_path: Path) -> None:
     assert dict(zip(states, run.models[0].initial.tolist(), strict=True)) == pytest.approx(state, rel=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["practice/angle-grinder", "sperling-vibration/figure-2a"])
 def test_what_follows_from_other_numbers_stays_in_a_copied_study_file(tmp_path: Path, name: str) -> None:
     """Frequencies of contacts, reactances; frequencies with their unit."""

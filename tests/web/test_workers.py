@@ -127,6 +127,7 @@ def test_a_heavy_page_does_not_hold_up_a_light_one_or_a_verdict(tmp_path: Path) 
     assert all("stopped" in answer["error"] for answer in answers)
 
 
+@pytest.mark.slow
 @on_linux
 def test_a_process_that_is_killed_from_outside_is_reported_and_replaced(tmp_path: Path) -> None:
     before = processes_of_workers()

@@ -124,6 +124,11 @@ def steady_throw(machine: Machine, vibration: ForcedVibration, speed: float) -> 
     return Throw.from_harmonic(plane, abs(speed)) if np.isfinite(plane).all() else None
 
 
+def largest_kinetic_energy(machine: Machine, velocities: np.ndarray) -> float:
+    """The largest kinetic energy v^T M v/2 of the carrier with the bodies on it; velocities (m, N): of its free coordinates."""
+    return extremes(np.einsum("iN,ij,jN->N", velocities, machine.matrices[0], velocities) / 2)[1]
+
+
 def largest_of(vector: np.ndarray) -> float:
     """The largest magnitude of a vector (2, N) that is sampled evenly, between samples too."""
     return max(extremes(sign * (way @ vector))[1] for way in _directions(vector) for sign in (1.0, -1.0))

@@ -12,7 +12,7 @@ from .followers.oscillating_roller import OscillatingRoller as OscillatingRoller
 from .followers.roller_cam import RollerFollower as RollerFollower
 from .followers.translating_roller import TranslatingRoller as TranslatingRoller
 from .laws import Law as Law
-from .laws.standard_laws import RiseAndReturn as RiseAndReturn
+from .laws.cam_segments import RiseAndReturn as RiseAndReturn
 from .laws.standard_laws import StandardLaw as StandardLaw
 from .laws.standard_laws import polynomial_law as polynomial_law
 from .laws.standard_laws import standard_law as standard_law
@@ -23,4 +23,4 @@ from .laws.synthesis import synthesise as synthesise
 from .shaft_motion import ShaftMotion as ShaftMotion
 from .shape import Shape as Shape
 from .shape import shapes as shapes
-from .tables.kinds_of_law import RiseTable as RiseTable
+from .tables.rise_table import RiseTable as RiseTable

@@ -18,6 +18,7 @@ from wucht.cams.laws import Law
 from wucht.cams.milled_cam import ContourFollower
 from wucht.cams.undercut import CutAway, RadiusAt
 from wucht.cams.workshop.closed_curve import CamCurve
+from wucht.numerics.angles import Arc
 
 LengthFormat = Callable[[float], str]
 
@@ -74,6 +75,11 @@ class Cam(ABC):
     def mating_curvature(self) -> float:
         """Curvature of the mating element in 1/m: 0 of a flat face. Raises ``InputError`` where it is an edge."""
         return 0.0
+
+    @property
+    def face(self) -> Arc | None:
+        """Least and greatest distance in m along +y from the rod's axis at which a flat face is touched; None without one."""
+        return None
 
     @property
     def pitch_curve(self) -> CamCurve | None:

@@ -31,14 +31,15 @@ class ContactLoad:
 class ContactHistory:
     """Contact of each cam over cam angles phi (N,) in rad: force (N,) in N, none negative, and pressure (N,) in Pa.
 
-    torque (N,): driving torque of the camshaft in N m, 0 without contact. lift_off: arcs without contact, (begin, end) in rad.
-    least_preload: above which there are no such arcs, in N m or N.
+    torque, power (N,): of the camshaft in N m, driving it, and in W, 0 without contact. lift_off: arcs without contact,
+    (begin, end) in rad. least_preload: above which there are no such arcs, in N m or N.
     """
 
     phi: np.ndarray
     force: Mapping[str, np.ndarray]
     pressure: Mapping[str, np.ndarray]
     torque: np.ndarray
+    power: np.ndarray
     lift_off: Mapping[str, tuple[Arc, ...]]
     least_preload: float
 
@@ -55,7 +56,8 @@ def contact_history(contact: ContactLoad, cams: Mapping[str, Cam], phi: np.ndarr
     if contact.width is not None:
         for name, cam in cams.items():
             pressure[name] = contact_pressure(cam, force[name], phi, contact.width, contact.materials)
-    return ContactHistory(phi, force, pressure, torque, lift_off, least_preload)
+    speed = contact.speed(phi) if callable(contact.speed) else contact.speed
+    return ContactHistory(phi, force, pressure, torque, torque * speed, lift_off, least_preload)
 
 
 def _single_cam_contact(contact: ContactLoad, cam: Cam, phi: np.ndarray) -> CamForces:

@@ -93,11 +93,12 @@ def share_above_order(acceleration: FourierSeries, count: int, reference: int = 
 
 @dataclass(frozen=True)
 class Deviation:
-    """How far an output is from its law over time. orders: of its acceleration, see ``Purity.share``. position: the largest
-    distance, in the unit of the output."""
+    """How far an output is from its law over time. orders: of its acceleration, see ``Purity.share``. position, rms: the
+    largest distance and its root mean square over time, in the unit of the output."""
 
     orders: float
     position: float
+    rms: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +147,8 @@ class Purity:
     def deviation(self, motion: Law) -> Deviation:
         """Return how far a motion of the output over tau is from the law."""
         tau = even_angles(_SAMPLES)
-        return Deviation(self.share(orders(motion)), float(np.abs(motion(tau) - self.law(tau)).max()))
+        distances = np.abs(motion(tau) - self.law(tau))
+        return Deviation(self.share(orders(motion)), float(distances.max()), math.sqrt(float((distances**2).mean())))
 
     def is_clean(self, deviation: Deviation, limit: float) -> bool:
         """True if neither an order is off by more than a share of the reference nor the position by that of the stroke."""

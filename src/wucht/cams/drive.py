@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from wucht.cams.cam import Cam
+from wucht.cams.correction import MotionOverTime
 from wucht.cams.followers.follower import Follower
 from wucht.cams.laws import Law
 from wucht.cams.linkages.closure import LeverMotion, Linkage
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.camshaft import ShaftTable
 from wucht.cams.tables.linkage import LinkageTable
-from wucht.cams.tables.motion_law import LawTable, MotionLaw, unit_of_output
+from wucht.cams.tables.motion_law import GROUP, LawTable, MotionLaw, unit_of_output
 from wucht.cams.tables.speed import SpeedTable
 from wucht.errors import InputError
 from wucht.files.documents import contents_digest
@@ -24,7 +27,6 @@ from wucht.measurements.order_fit import OrderFit
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.schema import choice, require_table, validate_table
 
-GROUP = "wucht.cams"
 TABLES = ("law", "follower", "linkage", "speed", "shaft")
 
 
@@ -121,6 +123,22 @@ class CamDrive:
             )
         return self.speed.shaft(self.speed_fit)
 
+    def camshaft_powers(self, motions: Sequence[MotionOverTime], tau: np.ndarray) -> list[np.ndarray]:
+        """Return the power in W at tau (N,) that output and loads of [shaft] take from the camshaft with each motion.
+
+        That is the rate of the output's kinetic energy, J1 psi' psi'' omega^3, and the loads' torque times the speed. None
+        without that table. Raises ``InputError`` where it does not fit the law.
+        """
+        if self.shaft is None:
+            return []
+        inertia, powers = self.shaft.moving_inertia(self.motion_law.unit), list[np.ndarray]()
+        driving = self.shaft.camshaft_drive(self.folder) if self.shaft.loads else None
+        for motion in motions:
+            speed = motion.shaft.speed(tau)
+            load = 0.0 if driving is None else driving.torques(speed)[0][1]
+            powers.append(inertia * motion.shaft.mean**3 * motion(tau, 1) * motion(tau, 2) + load * speed)
+        return powers
+
     @cached_property
     def corrected_shaft_motion(self) -> ShaftMotion:
         """The motion of the shaft for which the cam is corrected: that of the table [speed], or else predicted from [shaft].
@@ -179,6 +197,8 @@ def cam_drive_from(document: Mapping[str, Any], title: str, folder: Path) -> Cam
         entries = tables.get(name)
         if entries is None:
             continue
+        if name == "law" and "segments" in entries:
+            entries.setdefault("kind", "segments")
         cls: type[Any] = SpeedTable if name == "speed" else ShaftTable
         if name in kinds:
             cls = kinds[name][choice(entries, "kind", name, kinds[name])]

@@ -18,7 +18,8 @@ from wucht.cams.elastic_output import (
 )
 from wucht.cams.elastic_shaft import CorrectedCam, ElasticShaft, OriginalCam, OutputLoad
 from wucht.cams.laws import Law
-from wucht.cams.laws.standard_laws import RiseAndReturn, standard_law
+from wucht.cams.laws.cam_segments import RiseAndReturn
+from wucht.cams.laws.standard_laws import standard_law
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.tables.motion_law import MotionLaw
 from wucht.errors import InputError, RunError

@@ -52,6 +52,8 @@ class Shape:
         The largest that reaches all of the contour, None where every wheel does, or some is missing.
     part : str
         The element of the follower that touches the contour, as one word.
+    face_length : float or None
+        The least length of a flat face, None of other followers.
     """
 
     convex: RadiusAt | None
@@ -64,6 +66,7 @@ class Shape:
     largest_roller: float | None
     wheel: RadiusAt | None
     part: str
+    face_length: float | None = None
 
 
 def shapes(cams: Mapping[str, Cam], *, allow_undercut: bool = False, wheel_radius: float | None = None) -> dict[str, Shape]:
@@ -126,6 +129,7 @@ def _shape(cam: Cam, name: str, allow_undercut: bool, wheel_radius: float | None
         largest_roller=None if roller is None else cut_away.largest_roller,
         wheel=wheel,
         part=cam.part,
+        face_length=None if cam.face is None else cam.face[1] - cam.face[0],
     )
 
 

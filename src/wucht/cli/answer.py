@@ -14,7 +14,6 @@ import typer
 import wucht
 from wucht.cli.options import Imports, Settings, StudyName
 from wucht.errors import InputError, WuchtError
-from wucht.results.formatting import units_in_print
 
 if TYPE_CHECKING:
     from wucht.machines.purpose import Purpose
@@ -36,10 +35,11 @@ class DesignerQuestion:
 class Answers:
     """Answers so far, by the kind of study.
 
-    documents: contents of their summaries; refusals, failures: reasons why there is none, or not a complete one.
+    documents: contents of their summaries; sentences: as they are printed; refusals, failures: reasons why there is none, or not a complete one.
     """
 
     documents: dict[str, dict[str, Any]] = field(default_factory=dict)
+    sentences: dict[str, str] = field(default_factory=dict)
     refusals: dict[str, InputError] = field(default_factory=dict)
     failures: dict[str, str] = field(default_factory=dict)
     is_interrupted: bool = False
@@ -134,6 +134,7 @@ def _ask(
     """Answer one question, and note its answer, or why there is none. Raises ``InputError`` for an option that is wrong."""
     from wucht.cli.options import parse_settings
     from wucht.cli.run import run_and_show
+    from wucht.results.report import answer_in_print
     from wucht.studies.study_file import read_study
 
     all_settings = [*settings, *(f"{key}={value}" for key, value in question.settings.items())]
@@ -155,7 +156,7 @@ def _ask(
     except WuchtError as error:
         answers.failures[question.kind] = str(error)
         return
-    answers.documents[question.kind] = presentation.document
+    answers.documents[question.kind], answers.sentences[question.kind] = presentation.document, answer_in_print(result)
     if result.attrs["failure"]:
         answers.failures[question.kind] = str(result.attrs["failure"])
     answers.is_interrupted = not result.attrs["finished"] and not result.attrs["failure"]
@@ -168,10 +169,10 @@ def _print_answer(question: DesignerQuestion, answers: Answers) -> None:
     elif kind in answers.refusals:
         text = f"left out: {answers.refusals[kind].explanation}"
     elif kind in answers.documents:
-        text = str(answers.documents[kind]["summary"]["sentence"])
+        text = answers.sentences[kind]
     else:
         return
-    typer.echo(f"  {kind:20} {units_in_print(text)}")
+    typer.echo(f"  {kind:20} {text}")
 
 
 def _ending(answers: Answers, count: int) -> tuple[str, int]:

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 def run(
     study: StudyName,
     set_: Settings = None,
+    details: Annotated[bool, typer.Option("--details", help="Print all lines of the report.")] = False,
     out: Annotated[
         Path | None, typer.Option("-o", "--out", help="Output folder; default results/NAME, or results/NAME/KIND.")
     ] = None,
@@ -60,7 +61,7 @@ def run(
 
     run_and_print(
         study, lambda: read_study(study, parse_settings(set_ or [])), follow_up, out, as_json, csv, resume, scheduler, style,
-        format_, is_decimal_comma(csv, decimal),
+        format_, is_decimal_comma(csv, decimal), details,
     )  # fmt: skip
 
 
@@ -76,14 +77,15 @@ def run_and_print(
     style: Style = DEFAULT_STYLE,
     format_: list[Format] | None = None,
     decimal_comma: bool = False,
+    details: bool = True,
 ) -> None:
     """Answer the question that is read, write the files and print the report.
 
     study: its name; follow_up: a command that could follow, of the question, its result and its folder; out: the folder, if
-    given; decimal_comma: of the CSV files.
+    given; decimal_comma: of the CSV files; details: whether all lines of the report are printed, or the first ones.
     """
     from wucht.results.attempts import is_attempt_warning
-    from wucht.results.formatting import units_in_print
+    from wucht.results.report import first_lines, text_in_print
     from wucht.results.store import to_json
     from wucht.studies.memory import interruption
 
@@ -94,13 +96,13 @@ def run_and_print(
     if as_json:
         sys.stdout.write(to_json(presentation.document) + "\n")
     else:
-        for line in presentation.lines:
+        for line in presentation.lines if details else first_lines(presentation.lines):
             typer.echo(line)
         for note in accessor.notes:
-            typer.echo(f"note: {units_in_print(note)}")
+            typer.echo(f"note: {text_in_print(note, result)}")
     for warning in accessor.warnings:
         if not as_json or is_attempt_warning(warning):
-            typer.echo(f"warning: {units_in_print(warning)}", err=True)
+            typer.echo(f"warning: {text_in_print(warning, result)}", err=True)
     if not as_json:
         typer.echo(f"files: {presentation.folder}/{', '.join(presentation.names(result))}")
         if presentation.next_command:

@@ -23,7 +23,7 @@ from wucht.machines.purpose import Purpose
 from wucht.schema import choice, fields_of, models_in, refuse_unknown, require_table, text, validate_table
 
 _PARTS = ("carrier", "bodies", "drive", "drives", "load", "loads", "attachments", "tracks")
-MACHINE_KEYS = ("title", "purpose", "use", "set", "model", "parameters", *_PARTS, "schedules")
+MACHINE_KEYS = ("title", "purpose", "use", "set", "model", "parameters", *_PARTS, "mounts", "schedules")
 
 
 def with_settings(document: Document, settings: Mapping[str, Any]) -> Document:
@@ -31,11 +31,21 @@ def with_settings(document: Document, settings: Mapping[str, Any]) -> Document:
 
     The name of several equal bodies sets all of them, and their ``count``; that of one sets it alone, in a separate table.
     """
-    document = copy.deepcopy(document)
+    document = _with_mounts_on_carrier(copy.deepcopy(document))
     for path, value in group_settings_first(document, flatten(settings)).items():
         document = with_equal_bodies(document) if addresses_one_body(document, path) else document
         _set_value(document, path, value)
     return document
+
+
+def _with_mounts_on_carrier(document: Document) -> Document:
+    """The machine's table with ``[machine.mounts]`` as the carrier's, where they belong. Raises ``InputError``."""
+    if "mounts" not in document:
+        return document
+    mounts, carrier = document.pop("mounts"), document.get("carrier")
+    if not isinstance(carrier, dict) or "mounts" in carrier:
+        raise InputError("machine.mounts", mounts, "give the mounts once, beside a table [machine.carrier]", code="either-or")
+    return document | {"carrier": carrier | {"mounts": mounts}}
 
 
 def shaft_tables(document: Document, group: str) -> list[Document]:
@@ -91,11 +101,15 @@ def _set_value(document: Document, path: str, value: Any) -> None:
     _set_nested_value(description, path[len(key) + 1 :].split("."), value, location, key, cls)
 
 
+_UNBALANCE = ("working_moment", "centrifugal_force", "setting")
 _INSTEAD = {
-    "file": ("points",), "table": ("points",), "points": ("file", "table"), "frequency": ("stiffness",),
-    "stiffness": ("frequency",), "damping_ratio": ("damping",), "damping": ("damping_ratio",),
+    "file": ("points",), "table": ("points",), "points": ("file", "table"),
+    "frequency": ("stiffness",), "stiffness": ("frequency", "static_deflection"), "static_deflection": ("stiffness",),
+    "damping_ratio": ("damping",), "damping": ("damping_ratio", "oil"), "oil": ("damping",),
     "rotation_frequency": ("rotation_stiffness",), "rotation_stiffness": ("rotation_frequency",),
     "rotation_damping_ratio": ("rotation_damping",), "rotation_damping": ("rotation_damping_ratio",),
+    "eccentricity": _UNBALANCE, "unbalance": _UNBALANCE,
+    "working_moment": ("unbalance", "eccentricity", "centrifugal_force"),
 }  # fmt: skip
 
 
@@ -166,10 +180,13 @@ def _addressable_parts(document: Document) -> dict[str, tuple[Document, type[Bas
 def given_keys(document: Document) -> frozenset[str]:
     """Return the keys that a table ``[machine]`` gives, with the path of their part: ``p1.length``; the rest follows from them.
 
+    A working moment gives the unbalance.
+
     Raises ``InputError``.
     """
     single_bodies = with_equal_bodies(copy.deepcopy(document))
-    return frozenset(f"{path}.{key}" for path, (table, _) in _addressable_parts(single_bodies).items() for key in table)
+    of_parts = _addressable_parts(single_bodies).items()
+    return frozenset(f"{path}.{'unbalance' if key in _UNBALANCE else key}" for path, (table, _) in of_parts for key in table)
 
 
 def machine_from(document: Document, title: str = "") -> Machine:

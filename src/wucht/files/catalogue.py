@@ -274,7 +274,7 @@ def _used_documents(document: Document, path: Path, key: str) -> list[tuple[Docu
     return documents
 
 
-def load_equations(name: str, settings: Mapping[str, Any] | None = None) -> UserSystem:
+def load_equations(name: str | Path, settings: Mapping[str, Any] | None = None) -> UserSystem:
     """The equations ``[system]`` of a catalogue name or study file.
 
     Parameters
@@ -297,10 +297,10 @@ def load_equations(name: str, settings: Mapping[str, Any] | None = None) -> User
     >>> load_equations("drozdetskaya-2020/figure-2.13", {"mu": 1.2}).values
     {'mu': 1.2}
     """
-    return _load(name, lambda document, path: equations_of(document, path, name, settings or {})[0])
+    return _load(name, lambda document, path: equations_of(document, path, str(name), settings or {})[0])
 
 
-def load_machine(name: str, settings: Mapping[str, Any] | None = None) -> Machine:
+def load_machine(name: str | Path, settings: Mapping[str, Any] | None = None) -> Machine:
     """The machine of a catalogue name or study file.
 
     Parameters
@@ -324,12 +324,12 @@ def load_machine(name: str, settings: Mapping[str, Any] | None = None) -> Machin
     >>> load_machine("drozdetskaya-2020/table-5.1", {"u": 1.5}).values["u"]
     1.5
     """
-    return _load(name, lambda document, path: machine_of(document, path, name, settings or {})[0])
+    return _load(name, lambda document, path: machine_of(document, path, str(name), settings or {})[0])
 
 
-def _load(name: str, build: Callable[[Document, Path], T]) -> T:
+def _load(name: str | Path, build: Callable[[Document, Path], T]) -> T:
     """Build from the document of a name; errors name its file."""
-    document, path = load_document(name)
+    document, path = load_document(str(name))
     try:
         return build(document, path)
     except InputError as error:

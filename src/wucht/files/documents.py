@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from wucht.errors import InputError
+from wucht.schema import python_value
 
 Document = dict[str, Any]
 DEEPEST = 40  # nested tables and lists
@@ -126,7 +127,9 @@ def flatten(settings: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """``{"drive": {"slope": 1}}`` and ``{"drive.slope": 1}`` both become ``{"drive.slope": 1}``."""
     flat: dict[str, Any] = {}
     for key, value in settings.items():
-        flat |= flatten(value, f"{prefix}{key}.") if isinstance(value, Mapping) and value else {prefix + key: value}
+        flat |= (
+            flatten(value, f"{prefix}{key}.") if isinstance(value, Mapping) and value else {prefix + key: python_value(value)}
+        )
     return flat
 
 

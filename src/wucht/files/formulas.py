@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from wucht.errors import InputError, nearest
-from wucht.piecewise import ABSOLUTE, PiecewiseCubic, step
+from wucht.piecewise import larger_value, smaller_value, with_located_kinks
 from wucht.schema import LARGEST
 
 _LONGEST, _DEEPEST = 5000, 60  # characters of a formula, brackets in one another
@@ -24,13 +24,12 @@ _TOKEN = re.compile(
 )
 _HIGHEST = 1000  # exponent: derivatives of higher powers take very long, and are of no use
 _EXACT = 18  # digits of a number that is kept as a fraction, and largest exponent with which a fraction is raised exactly
-_SIGN = step("sign", 0.0, -1.0, 1.0)
 
 FUNCTIONS: dict[str, tuple[int, Callable[..., sp.Expr]]] = {
     **{f.__name__: (1, f) for f in (sp.sin, sp.cos, sp.tan, sp.asin, sp.acos, sp.atan)},
     **{f.__name__: (1, f) for f in (sp.sinh, sp.cosh, sp.tanh, sp.exp, sp.log)},
     "sqrt": (1, sp.sqrt), "abs": (1, sp.Abs), "sign": (1, sp.sign), "atan2": (2, sp.atan2),
-    "min": (2, lambda a, b: (a + b - sp.Abs(a - b)) / 2), "max": (2, lambda a, b: (a + b + sp.Abs(a - b)) / 2),
+    "min": (2, smaller_value), "max": (2, larger_value),
 }  # fmt: skip
 CONSTANTS: dict[str, sp.Expr] = {"pi": sp.pi}
 
@@ -63,14 +62,7 @@ def formula(
         raise InputError(location, source, f"must be a formula of at most {_LONGEST} characters; definitions make it shorter")
     if not source.strip():
         raise InputError(location, text, 'must be a formula, a text such as "mu*x - x^3", or a number')
-    expression = _Reader(source, symbols, location).read_all()
-
-    def moves(e: sp.Expr) -> bool:
-        return bool(e.free_symbols - constant)
-
-    # SymPy also writes sqrt(x^2) as |x|.
-    expression = expression.replace(lambda e: isinstance(e, sp.Abs) and moves(e), lambda e: PiecewiseCubic(e.args[0], ABSOLUTE))
-    return expression.replace(lambda e: isinstance(e, sp.sign) and moves(e), lambda e: PiecewiseCubic(e.args[0], _SIGN))
+    return with_located_kinks(_Reader(source, symbols, location).read_all(), constant)
 
 
 @dataclass(frozen=True)

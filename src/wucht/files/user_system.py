@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -83,6 +83,44 @@ class UserSystem:
         description = {"states": dict(states), "parameters": dict(parameters or {}), "definitions": dict(definitions or {})}
         return equations_from(description | {"angles": list(angles)}, title)
 
+    @classmethod
+    def from_function(
+        cls,
+        function: Callable[..., Any],
+        states: Sequence[str],
+        parameters: Mapping[str, float] | None = None,
+        *,
+        angles: Sequence[str] = (),
+        title: str = "",
+    ) -> UserSystem:
+        """Write a Python function f(t, x, p) as formulas, see ``System.from_function``, with values of its parameters.
+
+        Parameters
+        ----------
+        function, states, angles
+            As there.
+        parameters : mapping of str to float, optional
+        title : str
+
+        Raises
+        ------
+        InputError
+            For a value that is no number, and a state in ``angles`` whose rates change by a whole turn.
+        WuchtError
+            As there.
+
+        Examples
+        --------
+        >>> import numpy as np, wucht
+        >>> damped = wucht.UserSystem.from_function(lambda t, x, p: [x[1], -x[0] - 2 * p[0] * x[1]], ["x", "v"], {"d": 0.1})
+        >>> wucht.run(wucht.RunUp(start={"x": 1.0}), damped).wucht.summary["outcome"]
+        'equilibrium'
+        """
+        numbers = {n: _parameter_value(n, v, f"parameters.{n}") for n, v in (parameters or {}).items()}
+        system = System.from_function(function, states, numbers, angles=angles)
+        _refuse_other_periods(system, numbers)
+        return cls(system, numbers, title)
+
     def __post_init__(self) -> None:
         self.system.values(self.values)
         if unknown := [name for name in self.values if name not in self.system.parameter_names]:
@@ -108,7 +146,8 @@ class UserSystem:
 
     def with_values(self, values: Mapping[str, float]) -> UserSystem:
         """The same equations with other values of some parameters. Raises ``WuchtError`` for one that they do not have."""
-        return UserSystem(self.system, {**self.values, **values}, self.title)
+        numbers = {name: _parameter_value(name, value, name) for name, value in values.items()}
+        return UserSystem(self.system, {**self.values, **numbers}, self.title)
 
     def check_values(self, values: Mapping[str, float], location: str | Mapping[str, str] | None = None) -> None:
         """All values are allowed."""
@@ -146,14 +185,16 @@ def equations_from(document: Document, title: str = "") -> UserSystem:
         known_symbols[name] = symbols[name]
     rates = [formula(formula_text, known_symbols, f"system.states.{name}", constant) for name, formula_text in states.items()]
     turning = frozenset(symbols[name] for name in _angles(description, states))
-    numbers = {
-        n: read_quantity(Unit("", f"value of the parameter {n}"), v, f"system.parameters.{n}") for n, v in values.items()
-    }
+    numbers = {n: _parameter_value(n, v, f"system.parameters.{n}") for n, v in values.items()}
     system = System(
         tuple(symbols[n] for n in states), tuple(rates), tuple(symbols[n] for n in values), tuple(meanings), angles=turning
     )
     _refuse_other_periods(system, numbers)
     return UserSystem(system, numbers, title)
+
+
+def _parameter_value(name: str, value: Any, location: str) -> float:
+    return read_quantity(Unit("", f"value of the parameter {name}"), value, location)
 
 
 def _refuse_other_periods(system: System, numbers: Mapping[str, float]) -> None:

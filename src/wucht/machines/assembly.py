@@ -208,8 +208,16 @@ def _fields_of_parts(
         "start_positions": carrier.start_positions(),
         "schedules": over_time,
         "warnings": (*(doubt for d in drives for doubt in d.doubts()), *(() if has_body_schedules else _doubts(bodies))),
-        "notes": (*([tuning] if tuning else []), *(note for d in drives for note in d.derivation_notes())),
+        "notes": _once((*([tuning] if tuning else []), *(n for part in parts for n in part.derivation_notes()))),
     }
+
+
+def _once(notes: Sequence[str]) -> tuple[str, ...]:
+    """Return notes, ``path: text`` each; equal parts share one, ``drives.e1, drives.e2: text``."""
+    paths: dict[str, dict[str, None]] = {}
+    for path, _, text in (note.partition(": ") for note in notes):
+        paths.setdefault(text, {})[path] = None
+    return tuple(f"{', '.join(of_text)}: {text}" for text, of_text in paths.items())
 
 
 def _moving_inertia(carrier: Support, bodies: Sequence[Body], label: str) -> float:

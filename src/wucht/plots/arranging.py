@@ -55,8 +55,9 @@ def _arrange(figure: Figure, sheet: Sheet) -> None:
     beside = {axis: _legend(axis, entries, 0.0) for axis, entries in sheet.beside.items()}
     margins = _margins(sheet, beside)
     heading_height = em * (LINE * TITLE / page.font * len(sheet.heading.split("\n")) + 0.6 if sheet.heading else 0.3)
-    note = "\n".join(text for text in (sheet.sentence, sheet.note) if text)
-    top = heading_height + (LINE * page.small / 72 * len(note.split("\n")) if note else 0.0)
+    texts = [text for text in (sheet.sentence, sheet.note) if text]
+    line = LINE * page.small / 72
+    top = heading_height + line * len("\n".join(texts).split("\n")) * bool(texts)
     over = None if sheet.over is None else _legend(figure, sheet.over, page.width - 2 * em)
     depth = top + (0.0 if over is None else _size(over)[1] + 0.6 * em)
     places: list[tuple[Axes, float, float, float, float]] = []  # in inches, from the left and from the top
@@ -85,9 +86,11 @@ def _arrange(figure: Figure, sheet: Sheet) -> None:
         over.set_bbox_to_anchor((0.5, 1 - top / depth), figure.transFigure)
     if sheet.heading and (title := figure._suptitle) is not None:  # type: ignore[attr-defined]
         title.set(y=1 - 0.4 * em / depth, va="top")
-    if note:
-        small: Any = {"fontsize": page.small, "color": GREY, "parse_math": False}
-        figure.text(0.5, 1 - heading_height / depth, note, ha="center", va="top", **small)
+    below = heading_height
+    for text in texts:
+        small: Any = {"fontsize": page.small, "color": "black" if text is sheet.sentence else GREY, "parse_math": False}
+        figure.text(0.5, 1 - below / depth, text, ha="center", va="top", **small)
+        below += line * len(text.split("\n"))
 
 
 def _scales_beside(sheet: Sheet) -> dict[Axes, float]:

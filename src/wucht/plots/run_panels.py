@@ -23,8 +23,8 @@ from wucht.plots.time_courses import (
     shown_until,
     without_steps,
 )
-from wucht.results.attributes import text_in
 from wucht.results.formatting import abscissa_label, label, printed_unit, with_unit
+from wucht.results.report import answer_in_print
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -155,8 +155,7 @@ def figure_of_run(result: xr.Dataset) -> Figure:
     low = _LOW if len(draw) > _USUAL else 1.0
     panels = [*((low * (_SPEED if panel is _speed else _PANEL), panel) for panel in draw), *apart]
     heights = [height for height, _ in panels[: len(draw) + 1]]  # those apart are in one row, an orbit first
-    subtitle = f"{text_in(result, 'outcome')}: {result.attrs['sentence']}"
-    fig, axes = new_figure(len(draw), result.attrs["title"], subtitle, heights, apart=len(apart))
+    fig, axes = new_figure(len(draw), result.attrs["title"], answer_in_print(result), heights, apart=len(apart))
     for axis, (_, draw_panel) in zip(axes, panels, strict=True):
         draw_panel(axis, view)
         legend_beside(axis)

@@ -12,6 +12,7 @@ from wucht.plots.curves import thin_curve
 from wucht.plots.scales import name_speeds
 from wucht.plots.time_courses import SETTLED_SHARE, shown_until
 from wucht.results.formatting import abscissa_label, label, printed_unit, with_unit
+from wucht.results.report import answer_in_print
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,7 +45,7 @@ def _last_large_amplitude(result: xr.Dataset) -> float:
 
 def figure_of_runs(result: xr.Dataset) -> Figure:
     """Draw speed and amplitude of each of many runs, named at the ends of lines where there is room."""
-    cases, time, heading = result.wucht.summary["cases"], result.time.values, (result.title, result.sentence)
+    cases, time, heading = result.wucht.summary["cases"], result.time.values, (result.title, answer_in_print(result))
     end = float(np.nanmax(time))
     until, large = shown_until(cases, end), SETTLED_SHARE * _last_large_amplitude(result)
     vibrating = large if large < _SOON * until else until

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.plots.page import PRINT, Page, current_page, page_context
-from wucht.results.formatting import round_numbers, units_in_print, wrap_text
+from wucht.results.formatting import units_in_print, wrap_text
+from wucht.results.report import answer_in_print
 from wucht.results.store import replace_file
 
 if TYPE_CHECKING:
@@ -120,7 +121,7 @@ def new_grid(
     rows = [[axis] for axis in axes[:wide]] + middle_rows + [[axis] for axis in end]
     row_heights = [page.height * h for h in ([heights] if isinstance(heights, int | float) else heights)]
     row_heights = (row_heights + row_heights[-1:] * len(rows))[: len(rows)]
-    heading, sentence = _heading(title, units_in_print(round_numbers(subtitle)), page) if page.has_title else ("", "")
+    heading, sentence = _heading(title, units_in_print(subtitle), page) if page.has_title else ("", "")
     row_columns = [1] * wide + [columns] * len(middle_rows) + [1] * last
     setattr(figure, _SHEET, Sheet(page, heading, rows, row_columns, row_heights, sentence=sentence))
     if heading:
@@ -136,13 +137,6 @@ def _add_panel(figure: Figure) -> Axes:
     axis.ticklabel_format(axis="y", scilimits=(-3, 4))  # long numbers would push the labels off the page
     axis.ticklabel_format(useOffset=False)
     return axis
-
-
-def leading_clauses(sentence: str) -> str:
-    """The first clauses of a sentence, up to a semicolon, that fit on a line of a figure's title; at least one."""
-    clauses, page = sentence.split("; "), current_page()
-    beginnings = ["; ".join(clauses[:count]) for count in range(len(clauses), 0, -1)]
-    return next((text for text in beginnings if len(_lines(text, page, TITLE)) <= 1), beginnings[-1])
 
 
 def _heading(title: str, subtitle: str, page: Page) -> tuple[str, str]:
@@ -174,10 +168,16 @@ def _even_lines(text: str, letters: int) -> list[str]:
     return next((lines for lines in narrower if len(lines) == len(fewest)), fewest)
 
 
+def write_counts(figure: Figure, text: str) -> None:
+    """Write how many runs, cells or states an answer is from, or what of it is drawn, in small type below the heading."""
+    if (sheet := sheet_of(figure)).heading:
+        sheet.note = text
+
+
 def write_assumptions(figure: Figure, statements: Sequence[str]) -> None:
-    """Write the assumptions of a result in small type below the heading, if there is one."""
+    """Write the assumptions of a result in small type below the heading, if there is one, after its counts."""
     if statements and has_sheet(figure) and (sheet := sheet_of(figure)).heading:
-        text = f"assumed: {'; '.join(statements)}"
+        text = "; ".join(filter(None, (sheet.note, f"assumed: {'; '.join(statements)}")))
         sheet.note = "\n".join(_even_lines(text, _letters_of_line(text, sheet.page)))
 
 
@@ -232,16 +232,13 @@ def draw_panels(
     result: Any,
     panels: Sequence[Callable[[Axes, Any], None]],
     legend: Callable[[Axes], None] | None = legend_above,
-    *,
-    subtitle: str | None = None,
     **layout: Any,
 ) -> tuple[Figure, list[Axes]]:
-    """Make a figure with the title and sentence of a result (or a subtitle), each panel drawn by a function, with its legend.
+    """Make a figure with the title and answer of a result, each panel drawn by a function, with its legend.
 
     layout: as for ``new_grid``.
     """
-    below = result.attrs["sentence"] if subtitle is None else subtitle
-    figure, axes = new_grid(len(panels), result.attrs["title"], below, **layout)
+    figure, axes = new_grid(len(panels), result.attrs["title"], answer_in_print(result), **layout)
     for draw, axis in zip(panels, axes, strict=True):
         draw(axis, result)
         if legend is not None:

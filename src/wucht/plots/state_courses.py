@@ -11,7 +11,7 @@ from wucht.plots.curves import draw_swings, thin_curve
 from wucht.plots.limit_set_curves import TRANSIENT, draw_limit_set, wrapped_curve
 from wucht.plots.sheet import labelled_handles, legend_below, new_figure
 from wucht.plots.style import COLOURS, looks_of_many
-from wucht.results.attributes import text_in
+from wucht.results.report import answer_in_print
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,10 +29,9 @@ def figure_of_states(result: xr.Dataset) -> Figure:
     """Draw the states over time, and below two of them over each other; of many runs all in the same panels."""
     names, many = [str(n) for n in result.state.values], "case" in result.dims
     cases: list[Mapping[str, Any]] = result.wucht.summary["cases"] if many else [result.wucht.summary]
-    subtitle = str(result.attrs["sentence"]) if many else f"{text_in(result, 'outcome')}: {result.attrs['sentence']}"
     pairs = [[0, k] for k in dict.fromkeys((1, len(names) - 1)) if 0 < k < len(names)]
     heights = [_PANEL] * min(len(names), _MOST_PANELS) + [_PLANE] * len(pairs)
-    fig, axes = new_figure(len(heights) - len(pairs), result.attrs["title"], subtitle, heights, apart=len(pairs))
+    fig, axes = new_figure(len(heights) - len(pairs), result.attrs["title"], answer_in_print(result), heights, apart=len(pairs))
     courses, planes = axes[: len(axes) - len(pairs)], axes[len(axes) - len(pairs) :]
     runs = [result.isel(case=k, sample=np.isfinite(result.time.values[k])) for k in range(len(cases))] if many else [result]
     counts = [_sample_count(*one, _FEWER_PERIODS if many else _FEW_PERIODS) for one in zip(runs, cases, strict=True)]

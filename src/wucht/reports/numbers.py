@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from wucht.reports.markup import html_table, html_text, section
 from wucht.reports.subject_section import MOST_ROWS, left_out, remarks, sentence_case
-from wucht.results.formatting import engineering_text, number_text
+from wucht.results.formatting import engineering_text, number_text, rpm_first
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,14 +36,14 @@ def main_numbers(accessor: ResultAccessor) -> str:
         if value in (None, {}, [], ""):
             continue
         facts = {"unit": accessor.unit_at(path)}
-        lines.append(f"{html_text(accessor.description_at(path))}: {_cell(value, facts, accessor.dimensionless)}")
+        lines.append(f"{html_text(accessor.description_at(path))}: {_printed_cell(value, facts, accessor)}")
     return "<br>".join(lines[:_HEADLINES])
 
 
 def number_sections(result: xr.Dataset, without: Collection[str] = ()) -> list[str]:
     """Sections with all single numbers of a summary, and with each list of tables in it. without: keys left out."""
     accessor = result.wucht
-    rows = [(html_text(name), _cell(value, facts, accessor.dimensionless)) for name, value, facts in _single(accessor, without)]
+    rows = [(html_text(name), _printed_cell(value, facts, accessor)) for name, value, facts in _single(accessor, without)]
     numbers = f'<div class="parts">{html_table(rows, row_heads=True, kind="long")}</div>' if rows else ""
     tables = [
         section(name, _rows_table(value, parts, accessor.dimensionless)) for name, value, parts in _lists(accessor, without)
@@ -58,7 +58,7 @@ def brief_numbers(result: xr.Dataset, text_above: str, without: Collection[str] 
     """
     accessor = result.wucht
     dimensionless = accessor.dimensionless
-    cells = [(html_text(name), _cell(value, facts, dimensionless)) for name, value, facts in _single(accessor, without)]
+    cells = [(html_text(name), _printed_cell(value, facts, accessor)) for name, value, facts in _single(accessor, without)]
     cells = [(name, cell) for name, cell in cells if not (len(cell) >= _TELLING and cell in text_above)]
     narrow = [html_table([row for row in cells if len(row[1]) <= _SHORT], row_heads=True, kind="long")]
     broad = [html_table([row for row in cells if len(row[1]) > _SHORT], row_heads=True, kind="entries wide")]
@@ -133,6 +133,12 @@ def _columns(rows: Sequence[Mapping[str, Any]], parts: Mapping[str, Any]) -> tup
     keys = [key for key in every_key if any(row.get(key) not in (None, {}, []) for row in rows)]
     keys.sort(key=lambda key: any(isinstance(row.get(key), list | Mapping) for row in rows))
     return keys, {key: str(parts.get(key, {}).get("what", key)) for key in keys}
+
+
+def _printed_cell(value: Any, facts: Mapping[str, Any], accessor: ResultAccessor) -> str:
+    """A value in HTML, speeds in rpm first where the study file has such."""
+    cell = _cell(value, facts, accessor.dimensionless)
+    return rpm_first(cell) if accessor.speaks_rpm else cell
 
 
 def _cell(value: Any, facts: Mapping[str, Any], dimensionless: bool) -> str:

@@ -79,6 +79,8 @@ def drawing_of(result: xr.Dataset, anchor: str) -> str:
         result.wucht.dimensionless
     ) else "Not to scale: the machine is dimensionless."  # fmt: skip
     caption = f"{scale} Bodies of a rotor are drawn spread evenly; the black dot is the rotor's unbalance."
+    if estimates := dict.fromkeys(text for part in result.wucht.parts for text in part.get("estimates", ())):
+        caption += html_text(f" Not given: {'; '.join(estimates)}.")
     return f'<figure class="machine">{drawing}<figcaption>{caption}</figcaption></figure>'
 
 
@@ -180,6 +182,8 @@ def _part_rows(part: Mapping[str, Any], result: ResultAccessor) -> Iterator[tupl
             start = ", at the start" if facts.get("over_time") else ""
             name = _parameter_name(path.removeprefix(before), facts["what"])
             yield html_text(sentence_case(name) + start), _no_break(html_text(engineering_text(value, facts["unit"])))
+    for estimate in part.get("estimates", ()):
+        yield "Estimate", html_text(estimate)
 
 
 def _parameter_name(key: str, what: str) -> str:

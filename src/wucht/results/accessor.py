@@ -6,10 +6,12 @@ import re
 from functools import cache
 from html import escape
 from typing import TYPE_CHECKING, Any
+from warnings import warn
 
 from wucht.errors import InputError, WuchtError
 from wucht.results.attributes import read_attributes
 from wucht.results.result_tables import NUMBERS, result_table, table_frame, table_names
+from wucht.schema.units import is_in_rpm
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,6 +57,8 @@ class ResultAccessor:
         True if the study reached its end.
     dimensionless : bool
         True if the numbers have no units.
+    speaks_rpm : bool
+        True if speeds in the study file are in revolutions per minute: texts then begin with these.
     created : datetime or None
         When it was computed. This, ``versions`` and ``document`` are None where they are missing or cannot be read.
     versions : dict or None
@@ -67,8 +71,8 @@ class ResultAccessor:
         Sentences on those of these four that cannot be read.
     tables : list of str
         Names of the tables that ``table`` returns.
-    summary_table, branches : DataFrame
-        Two of them: all single numbers, and the points along branches.
+    summary_table, branches, branch_points : DataFrame
+        Three of them: all single numbers, a row for each branch, and the points along all branches.
 
     Raises
     ------
@@ -95,6 +99,7 @@ class ResultAccessor:
         self.finished, self.dimensionless = attributes.is_finished, attributes.is_dimensionless
         self.created, self.versions, self.document = attributes.creation, attributes.versions, attributes.document
         self.stored_report, self.faults = attributes.report, attributes.faults
+        self.speaks_rpm = _has_rpm(self.document)
 
     def unit_at(self, path: str) -> str:
         """The unit of a number of the summary by its path, such as ``working_points[0].speed``.
@@ -155,6 +160,18 @@ class ResultAccessor:
 
     @property
     def branches(self) -> pd.DataFrame:
+        """The table ``branches``: range and stability of each branch, a row for each; ``branch_points`` where there is none.
+
+        Warns until version 0.3.0 where it was ``branch_points`` before. Raises ``InputError`` if the result has no branches.
+        """
+        if "branches" not in self.tables:
+            return self.branch_points
+        advice = "result.wucht.branches is the table of this name, a row for each branch; the points are branch_points"
+        warn(advice, FutureWarning, stacklevel=2)
+        return self.table("branches")
+
+    @property
+    def branch_points(self) -> pd.DataFrame:
         """The points along all branches of a result, with the number of its ``branch`` in each row.
 
         Raises ``InputError`` if the result has no branches.
@@ -200,6 +217,12 @@ class ResultAccessor:
         notes = "".join(f"<li>{escape(w)}</li>" for w in (*self.notes, *self.warnings))
         heading = f"{escape(self.study)} of {escape(str(self.title))}"
         return f"<b>{heading}</b><p>{escape(self.sentence)}</p><table>{rows}</table><ul>{notes}</ul>"
+
+
+def _has_rpm(entry: Any) -> bool:
+    if isinstance(entry, dict):
+        return any(map(_has_rpm, entry.values()))
+    return any(map(_has_rpm, entry)) if isinstance(entry, list) else isinstance(entry, str) and is_in_rpm(entry)
 
 
 @cache

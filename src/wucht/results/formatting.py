@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     pass
 
 _FEW = 10  # rpm: lower speeds with decimals
+_DIGITS = re.compile(r"\.(\d+)g")
+_SEPARATED, _LARGE = 1e4, 1e7  # numbers from the first on have separators of thousands, from the second on an exponent
+_SPEED = re.compile(r"(-?[\d.]+(?:e[+-]\d+)?) rad/s \((-?[\d.]+(?:e[+-]\d+)?) rpm\)")
 _SYMBOLS = {"time": "$\\tau$", "speed": "$\\omega$"}  # of a dimensionless machine
 
 
@@ -25,9 +28,24 @@ def number_text(value: Any, unit: str, form: str = "", dimensionless: bool = Fal
         return f"{100 * value:{form[:-1] or '.3g'}} %"
     unit = "" if dimensionless and unit != "rad" else unit
     base, per, order = unit.partition("/rad") if unit not in _FORMATTERS else (unit, "", "")
-    if form or base not in _FORMATTERS:
-        return f"{value:{form or ('.5g' if dimensionless else '.4g')}} {unit}".rstrip()
-    return f"{_FORMATTERS[base](value)}{per}{_POWERS.get(order, order)}"
+    if form or (dimensionless and base not in _FORMATTERS):
+        digits = _DIGITS.fullmatch(form or ".5g")
+        return f"{plain_number(value, int(digits[1])) if digits else format(value, form)} {unit}".rstrip()
+    if base in _FORMATTERS:
+        return f"{_FORMATTERS[base](value)}{per}{_POWERS.get(order, order)}"
+    name, size = engineering_unit(value, unit) if value else (unit, 1.0)
+    return f"{plain_number(value / size)} {name}".rstrip()
+
+
+def plain_number(value: float, digits: int = 4) -> str:
+    """A number to significant digits, without an exponent where people write none: ``37,480`` for 37479.6."""
+    rounded = float(f"{value:.{digits}g}")
+    return f"{rounded:,.12g}" if _SEPARATED <= abs(rounded) < _LARGE else f"{value:.{digits}g}"
+
+
+def rpm_first(text: str) -> str:
+    """A text whose speeds begin with revolutions per minute: ``1205 rpm (126.14 rad/s)`` for 126.14 rad/s (1205 rpm)."""
+    return _SPEED.sub(r"\2 rpm (\1 rad/s)", text)
 
 
 def percent(share: float, off: float = 0.0) -> str:

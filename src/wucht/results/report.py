@@ -7,16 +7,18 @@ formats of a few forms. A file may have been edited: what is no such line is lef
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from wucht.file_names import printable
-from wucht.results.formatting import number_text, units_in_print
+from wucht.results.formatting import number_text, round_numbers, rpm_first, units_in_print
 
 if TYPE_CHECKING:
     import xarray as xr
 
 MOST_LINES = 200  # an answer of more is shortened when it is stored
+_FIRST = 8  # lines that answer, below the sentence
+_VERDICT = "verdict: "
 _MOST_LETTERS = 10_000  # of a text
 _FIELD = re.compile(r"\{([^{}:]+)(?::([^{}]*))?\}")
 _FORM = re.compile(r"(?:\.(?:\d|1[0-6])[gfe])?%?")
@@ -58,14 +60,35 @@ def report_of(result: xr.Dataset) -> list[str]:
         what = "a line that is" if len(faults) == 1 else f"{len(faults)} lines that are"
         lines.append(_column_line("note", f"{what} left out cannot be read: {faults[0]}"))
     verdict = (report or {}).get("verdict")
-    verdict_lines = [] if verdict == "" else [f"verdict: {verdict or result.wucht.sentence}"]
+    verdict_lines = [] if verdict == "" else [f"{_VERDICT}{answer_in_print(result)}"]
     return [result.wucht.title, *verdict_lines, *lines]
 
 
 def lines_in_print(lines: Iterable[str], result: xr.Dataset) -> list[str]:
-    """Return the lines of a report with the units of print, and what is assumed at their end."""
+    """Return the lines of a report as they are printed, and what is assumed at their end."""
     assumption_text = "; ".join(result.wucht.assumed)
-    return [*map(units_in_print, lines), *([_column_line("assumed", assumption_text)] if assumption_text else [])]
+    all_lines = [*lines, *([_column_line("assumed", assumption_text)] if assumption_text else [])]
+    return [text_in_print(line, result) for line in all_lines]
+
+
+def text_in_print(text: str, result: xr.Dataset) -> str:
+    """Return a text about a result with the units of print; speeds in rpm first where the study file has such."""
+    return units_in_print(rpm_first(text) if result.wucht.speaks_rpm else text)
+
+
+def answer_in_print(result: xr.Dataset) -> str:
+    """Return the answer in one sentence, the same in the report, in the figure and on every page."""
+    return text_in_print(round_numbers((result.wucht.stored_report or {}).get("verdict") or result.wucht.sentence), result)
+
+
+def first_lines(lines: Sequence[str]) -> list[str]:
+    """Return title, answer and the first lines of a report; of the others their number."""
+    count = _FIRST + 1 + any(line.startswith(_VERDICT) for line in lines[1:2])
+    left = len(lines) - count
+    return [
+        *lines[:count],
+        *([_column_line("more", f"{left} {'line' if left == 1 else 'lines'} with --details")] if left > 0 else []),
+    ]
 
 
 def _main_numbers(result: xr.Dataset) -> Iterator[tuple[str, str, dict[str, str]]]:

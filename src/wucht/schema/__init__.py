@@ -26,11 +26,12 @@ from wucht.schema.checking import (
 )
 from wucht.schema.fields import SI, Composite, Conversion, Parameter, TableModel, composite, full_name, si
 from wucht.schema.keys import Key, keys_of
+from wucht.schema.python_values import python_value
 from wucht.schema.signature import prose_of
 from wucht.schema.units import LARGEST, SMALLEST, Unit, article
 
 __all__ = [
     "LARGEST", "SI", "SMALLEST", "Composite", "Conversion", "Key", "Parameter", "TableModel", "Unit", "article", "choice",
-    "composite", "fields_of", "full_name", "is_pairs", "keys_of", "locate_error", "models_in", "prose_of", "read_quantity",
-    "refuse_unknown", "require_table", "si", "text", "unit_of", "validate_table",
+    "composite", "fields_of", "full_name", "is_pairs", "keys_of", "locate_error", "models_in", "prose_of", "python_value",
+    "read_quantity", "refuse_unknown", "require_table", "si", "text", "unit_of", "validate_table",
 ]  # fmt: skip

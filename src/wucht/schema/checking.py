@@ -11,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from wucht.errors import InputError, code_of, nearest
+from wucht.schema.python_values import python_value
 from wucht.schema.units import Unit, article
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
@@ -51,6 +52,7 @@ def unit_of(field: FieldInfo | None) -> Unit | None:
 
 def validate_table(cls: type[ModelT], document: Mapping[str, Any], location: str) -> ModelT:
     """Build the instance of a class that a table describes. Raises ``InputError`` for the first fault."""
+    document = python_value(document)
     refuse_unknown(document, fields_of(cls, settable_only=True), location)
     try:
         return cls.model_validate(dict(document))
@@ -116,7 +118,7 @@ def locate_error(cls: type[BaseModel], error: ValidationError, table_location: s
     if isinstance(model_error, ValueError) and len(model_error.args) == 2:
         location, value, context = (*location, model_error.args[0]), None, {"error": model_error.args[1]}
     inner, place = _inner(cls, location)
-    if kind == "missing" and len(location) > len(place):  # an item of a pair
+    if kind == "missing" and place and location[-1] != place[-1]:  # an item of a pair
         kind = "too_short"
     if place and isinstance(place[-1], int):  # an item of a list is reported with its list
         inner, place = cls, place[:-1]
@@ -138,7 +140,11 @@ def locate_error(cls: type[BaseModel], error: ValidationError, table_location: s
     value = document.get(key, value) if isinstance(document, Mapping) else value
     if kind == "extra_forbidden":
         return InputError(at, value, f"unknown key; {nearest(key, fields)}", code="unknown-key")
-    if unit and isinstance(value, list) and any(e["type"] in ("too_short", "too_long", "missing") for e in error.errors()):
+    if (
+        unit
+        and isinstance(value, list | tuple)
+        and any(e["type"] in ("too_short", "too_long", "missing") for e in error.errors())
+    ):
         return InputError(at, value, "must be one number, or a pair [x, y]", code="pair")
     bounds = {side: getattr(m, side) for side in ("ge", "le") for m in field.metadata if hasattr(m, side)}
     if kind in ("greater_than_equal", "less_than_equal") and len(bounds) == 2:
@@ -153,13 +159,18 @@ def _inner(cls: type[BaseModel], location: Iterable[int | str]) -> tuple[type[Ba
     """The table with the fault, and the path to its key from the outermost: names and numbers of tables inside."""
     inner: type[BaseModel] | None = cls
     place: list[int | str] = []
+    forms: dict[str, type[BaseModel]] = {}  # of a key that may be one table or another, by the tag of each
     for step in location:
+        if isinstance(step, str) and step in forms:
+            inner, forms = forms[step], {}
+            continue
         if inner is None:
             break
         place.append(step)
         if isinstance(step, str):
             cls, field = inner, fields_of(inner).get(step)
-            inner = next(iter(models_in(field.annotation)), None) if field else None
+            models = models_in(field.annotation) if field else []
+            inner, forms = next(iter(models), None), {m.__name__: m for m in models[1:] and models}
     return cls, place
 
 

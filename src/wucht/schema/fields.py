@@ -20,6 +20,7 @@ T = TypeVar("T")
 RawT = TypeVar("RawT")
 
 if TYPE_CHECKING:
+    import numpy as np
 
     class Conversion(Generic[T, RawT]):
         """A descriptor: type checkers take what it can be set to as the type of the parameter."""
@@ -27,8 +28,8 @@ if TYPE_CHECKING:
         def __get__(self, table: Any, owner: Any) -> T: ...
         def __set__(self, table: Any, value: T | RawT) -> None: ...
 
-    SI = Conversion[T, str | Sequence[float | str]]
-    Composite = Conversion[T, Sequence[Any] | Mapping[str, Any]]
+    SI = Conversion[T, str | Sequence[float | str] | np.ndarray]
+    Composite = Conversion[T, Sequence[Any] | Mapping[str, Any] | np.ndarray]
 else:
 
     class Conversion:

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 from wucht.disk_cache import derived_once
 from wucht.errors import FieldError
+from wucht.schema.python_values import python_value
 
 if TYPE_CHECKING:
     import pint
@@ -120,7 +121,14 @@ _DEGREE = re.compile(r"\b[Gg]rad\b|°(?!C)")
 _OHM = re.compile(r"\b([mkM]?)Ohm\b")
 
 
+def is_in_rpm(text: str) -> bool:
+    """True if a text is a number in revolutions per minute, however it is written."""
+    split = _NUMBER.fullmatch(text)
+    return split is not None and _TURNS_A_MINUTE.fullmatch(split[2].strip()) is not None
+
+
 def _parse(raw_value: object, si: str, long_name: str) -> float:
+    raw_value = python_value(raw_value)
     examples = f"a number in {si} or a string with a unit such as '1 {si}'" if si else "a number without unit"
     requirement = f"must be {article(long_name)}, {examples}"
     if isinstance(raw_value, bool) or not isinstance(raw_value, int | float | str):

@@ -6,6 +6,7 @@ report, tables, CSV files and the pages of the docs follow from the answer.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -16,6 +17,7 @@ import numpy as np
 
 from wucht.machines.structure import Units
 from wucht.results.accessor import register_accessor
+from wucht.results.formatting import number_text
 from wucht.results.quantities import Quantity, dataset_from_quantities, group, quantities_by_name
 from wucht.results.report import MOST_LINES
 from wucht.results.store import to_json
@@ -217,6 +219,12 @@ class Answer:
             return unit
         subject_unit: str = getattr(self._units, kind)
         return unit.replace(kind, subject_unit) if subject_unit else ""
+
+    def in_words(self, value: float | None, unit: str = "") -> str:
+        """Return a number as lines print it, for a sentence: with the subject's unit of its kind, ``none`` without a value."""
+        if value is None or not math.isfinite(value):
+            return "none"
+        return str(number_text(value, self.unit(unit), "", not self._units.speed))
 
     def fill(self) -> Self:
         """State what is not stated yet, and return the answer: for a study that joins or compares several."""

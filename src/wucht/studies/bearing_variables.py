@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 
 from wucht.dynamics.run_ups.bearing_loads import BearingLife, BearingLoad
+from wucht.results.formatting import number_text
 from wucht.studies.answer import Answer
 
 _MOST_ROTORS = 6  # named one by one
@@ -45,10 +46,14 @@ def state_lives(a: Answer, lives: Mapping[str, BearingLife], mark: str = "") -> 
 
 def force_text(value: float) -> str:
     """Return a force in N, or kN, as text."""
-    return f"{value / 1e3:.4g} kN" if value >= 1e3 else f"{value:.4g} N"
+    return str(number_text(value, "N"))
 
 
 def _hours(life: BearingLife) -> str:
     if life.hours is None or life.load is None:
         return "has no load" if life.load is not None else "does not turn"
-    return f"{life.hours:.4g} h under {force_text(life.load)}" if life.hours < _FOREVER else f"more than {_FOREVER:.0e} h"
+    return (
+        f"{number_text(life.hours, 'h')} under {force_text(life.load)}"
+        if life.hours < _FOREVER
+        else f"more than {_FOREVER:,.0f} h"
+    )

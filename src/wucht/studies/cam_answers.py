@@ -14,6 +14,8 @@ from wucht.cams.shape import COMMON
 from wucht.plots.cam_drawings import LAW_NAMES, PER_ANGLE
 from wucht.studies.answer import Answer
 
+_KILO = 1e3
+_ROUNDING = 1e-9  # of the stroke: a distance from the law that is none
 _DECIMALS = 9  # of lengths in mm: smaller differences are rounding
 
 
@@ -74,9 +76,35 @@ def state_common_pressure_angle(a: Answer, follower_unit: str) -> None:
     a.curve("common_pressure_angle", COMMON[follower_unit], "usual upper limit of the pressure angle", "rad", "")
 
 
+def power_numbers(power: np.ndarray) -> dict[str, float]:
+    """Return peak, mean, and mean of the positive part over a turn of evenly spaced points, the last equal to the first."""
+    samples = power[:-1]
+    return {
+        "peak": float(samples.max()),
+        "mean": float(samples.mean()),
+        "mean_positive": float(np.maximum(samples, 0.0).mean()),
+    }
+
+
+def demand_text(power: Mapping[str, float]) -> str:
+    """Return peak and mean of the positive part of a power as text."""
+    return f"{watts_text(power['peak'])} at most, {watts_text(power['mean_positive'])} on average without power flowing back"
+
+
+def watts_text(power: float) -> str:
+    """Return a power in W as text."""
+    return f"{power / _KILO:.4g} kW" if abs(power) >= _KILO else f"{power:.4g} W"
+
+
 def pad_orders(values: np.ndarray, count: int) -> np.ndarray:
     """Return values (N,) of orders cut to a count, or filled up with what is not a number."""
     return np.append(values[:count], np.full(max(0, count - len(values)), np.nan))
+
+
+def distance_text(distance: float, unit: str, stroke: float) -> str:
+    """Return how far an output is off, in rad or m, as text in degrees or mm; 0 where that is rounding of the stroke."""
+    size = 0.0 if distance < _ROUNDING * stroke else distance
+    return f"{math.degrees(size):.4g}°" if unit == "rad" else f"{1e3 * size:.4g} mm"
 
 
 def length_text(length: float | None) -> str:

@@ -19,6 +19,7 @@ from wucht.plots.scales import travel_unit, turn_scale
 from wucht.plots.sheet import labelled_handles, legend_below, new_grid
 from wucht.plots.style import COLOURS, GREY
 from wucht.results.formatting import number_text, with_unit
+from wucht.results.report import answer_in_print
 from wucht.studies.answer import Answer
 from wucht.studies.cam_answers import state_law
 from wucht.studies.key_types import Whole
@@ -74,7 +75,7 @@ class CamLaw(Study):
 
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw four panels over the cam angle, and the orders of motion and acceleration."""
-        fig, axes = new_grid(6, result.attrs["title"], result.attrs["sentence"])
+        fig, axes = new_grid(6, result.attrs["title"], answer_in_print(result))
         for order, axis in enumerate(axes[:4]):
             _draw_derivative(axis, result, order)
         _draw_spectrum(axes[4], result, 0, "position")
@@ -118,8 +119,8 @@ def _state_sizes(a: Answer, law: MotionLaw, attained_ranges: np.ndarray) -> None
         a.line(name, f"at most {{peaks.{name}}}")
     if a.number("acceleration_jumps", law.jump, "largest jump of the acceleration", f"{law.unit}{PER_ANGLE[2]}"):
         a.warn(
-            "the acceleration jumps where the rise and the return begin or end, and the jerk has no bound there: suitable for "
-            "slow shafts only; polynomial and sine laws have no jumps"
+            f"the acceleration jumps {law.jump_places}, and the jerk has no bound there: suitable for slow shafts only; "
+            "polynomial and sine laws have no jumps"
         )
     rise = None if law.rise is None else dict(zip(LAW_NAMES[1:], law.rise.tolist(), strict=True))
     a.number("rise", rise, "largest values of a rise of 1 over an arc of 1")

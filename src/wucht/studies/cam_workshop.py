@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pydantic import BaseModel
 
 from wucht.cams.cam import Cam
 from wucht.cams.drive import CamDrive, cam_drive_from, laws
@@ -21,6 +22,7 @@ from wucht.errors import InputError
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.results.provenance import versions
 from wucht.results.store import prepare_folder
+from wucht.schema import models_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -87,14 +89,19 @@ def drive_of(result: xr.Dataset) -> CamDrive:
     """Return the cam drive of a result, without its shaft and its speed. Raises ``InputError``."""
     facts: Mapping[str, Any] = result.wucht.machine
     tables = {name: dict(facts[name]) for name in _TABLES if name in facts}
-    tables["law"] = _law_table(tables["law"])
+    tables["law"] = _with_file_keys(laws()[tables["law"]["kind"]], tables["law"])
     return cam_drive_from(tables, str(facts["title"]), Path())
 
 
-def _law_table(law: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a table [law] with the keys that a file uses."""
-    fields = laws()[law["kind"]].model_fields
-    return {(fields[key].alias or key) if key in fields else key: value for key, value in law.items()}
+def _with_file_keys(cls: type[BaseModel], table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a table with the keys that a file uses, and so the tables inside."""
+    entries = dict[str, Any]()
+    for name, value in table.items():
+        field = cls.model_fields.get(name)
+        inner = models_in(field.annotation) if field is not None else []
+        of_file = [_with_file_keys(inner[0], one) for one in value] if inner and isinstance(value, list) else value
+        entries[field.alias or name if field is not None else name] = of_file
+    return entries
 
 
 def file_lines(files: Iterable[WorkshopFile]) -> list[str]:

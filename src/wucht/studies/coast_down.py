@@ -24,8 +24,10 @@ from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, GREY, line_style, mark_levels
 from wucht.plots.time_courses import RANGE, TurnWindows, draw_greatest
 from wucht.results.formatting import abscissa_label
+from wucht.results.report import answer_in_print
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
+from wucht.studies.foundation_variables import state_largest_forces, state_static_loads
 from wucht.studies.from_rest_variables import FROM_REST_WORDS, state_ends_from_rest
 from wucht.studies.key_types import DEFAULT_TOLERANCE, BalancingBodies, Engine, Start, Tolerance
 from wucht.studies.motion_variables import state_natural_vibrations, state_parameters
@@ -112,7 +114,7 @@ class CoastDown(Study):
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw the speed, and the amplitude if the carrier moves."""
         moves = bool(np.nanmax(result.amplitude.values, initial=0.0) > 0)
-        fig, axes = new_figure(1 + moves, result.attrs["title"], result.attrs["sentence"], 2.0)
+        fig, axes = new_figure(1 + moves, result.attrs["title"], answer_in_print(result), 2.0)
         start = f"from {result.configuration_name.values[0]}" if "run_speed" in result else ""
         windows = TurnWindows.of(result.time.values, result.angle.values, float(result.time[-1]))
         _speed(axes[0], result, windows, start)
@@ -211,6 +213,7 @@ def _state_course(a: Answer, machine: Machine, run: CoastDownRun) -> None:
     a.number("peak_speed", peak_speed, "mean speed of the rotor over the turn there", "speed")
     there = "" if peak_speed is None else ", at {peak_speed}"
     a.line("amplitude", f"{{peak_amplitude}} at most{there}; {_STARTS[run.case.carrier]}")
+    state_largest_forces(a, "", state_static_loads(a, run.case.machine), record.foundation_forces)
     a.number("energy_residual", float(rows["energy_residual"].max()), "largest relative error of the energy balance")
     a.line("energy", "balance closed to {energy_residual:.1e}")
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from pydantic import Field
 
+from wucht.analysis.synchronising_torque import SynchronisationMargin, has_exciters
 from wucht.dynamics.run_ups.drive_losses import RunningState, check_drives
 from wucht.dynamics.run_ups.horizon import RunSettings, numbers_per_sample
 from wucht.dynamics.run_ups.operating_state import OperationCase, cases_in_operation, machine_in_operation
@@ -21,7 +22,7 @@ from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.plots.scales import name_speeds, printed_values
 from wucht.plots.several_runs import draw_runs
-from wucht.plots.sheet import draw_panels, leading_clauses, legend_beside
+from wucht.plots.sheet import draw_panels, legend_beside
 from wucht.plots.style import BAR_STYLES, COLOURS, line_style
 from wucht.results.formatting import abscissa_label, label
 from wucht.schema import SI, Composite, composite, si
@@ -29,6 +30,7 @@ from wucht.studies.answer import Answer, Column
 from wucht.studies.key_types import DEFAULT_TOLERANCE, Engine, Start, Tolerance
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.study import FULL_EQUATIONS, Study
+from wucht.studies.synchronisation_variables import margin_in_words, synchronisation_columns
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -130,7 +132,7 @@ class DriveFailure(Study):
         count = min(result.sizes["case"], _MOST_CASES)
         panels: list[Callable[[Axes, Any], None]] = [partial(_speeds, k) for k in range(count)]
         fig, axes = draw_panels(
-            result, [*panels, _amplitudes, _torques], legend_beside, subtitle=leading_clauses(result.attrs["sentence"]),
+            result, [*panels, _amplitudes, _torques], legend_beside,
             columns=1, heights=1.5,
         )  # fmt: skip
         for axis in axes[1:-1]:
@@ -174,7 +176,7 @@ def _fill(machine: Machine, prepared: Prepared, runs: Sequence[OperationRun], a:
 
 def _state_operations(a: Answer, machine: Machine, runs: Sequence[OperationRun], cases: Sequence[Case]) -> None:
     """State how the machine runs before the failures and after each, with a line for each."""
-    orbit, after = machine.orbit_unit, [run for _, _, run in cases]
+    orbit, after, margins = machine.orbit_unit, [run for _, _, run in cases], [_margin(*case) for case in cases]
     columns = {
         "drive": ([drive for _, drive, _ in cases], "rotor whose drive fails"),
         **_state_columns(machine, [one for one, _, _ in cases], after),
@@ -185,6 +187,7 @@ def _state_operations(a: Answer, machine: Machine, runs: Sequence[OperationRun],
         "end_time": ([run.motion.trajectory.end_time for run in after], "time after the failure at the end", "time"),
         "advice": ([run.motion.verdict.advice for run in after], "advice"),
         "advised_time": ([run.motion.verdict.needed_time for run in after], "sufficient time after the failure", "time"),
+        **(synchronisation_columns(margins) if has_exciters(machine) else {}),
     }  # fmt: skip
     a.table("cases", "the machine after each failure", "case", {"drive": str, "outcome": str}, **columns)
     parts = {name: (words, a.unit(*unit)) for name, (_, words, *unit) in columns.items()}
@@ -202,6 +205,16 @@ def _state_operations(a: Answer, machine: Machine, runs: Sequence[OperationRun],
                 text = f"{str(run.state.outcome).upper()}{several}: {_state_text(run.state, '{peak_amplitude} at most')}"
                 a.line(f"without {drive}", text, at=f"cases[{k}]")
                 a.line("motors", "{torques}", at=f"cases[{k}]")
+                if (margin := margins[k]) is not None:
+                    a.line("dragged", margin_in_words(margin), at=f"cases[{k}]")
+
+
+def _margin(one: OperationRun, drive: str, _: DrivenRun) -> SynchronisationMargin | None:
+    """Return the margin with which the vibration drags the rotor of a drive along; None if the rotors did not synchronise."""
+    machine, before = one.operation.case.machine, one.before.state
+    if before.phases is None:
+        return None
+    return SynchronisationMargin.without_drive(machine, drive, before.speeds[machine.rotor.name], before.phases)
 
 
 def _state_columns(machine: Machine, operations: Sequence[OperationRun], runs: Sequence[DrivenRun]) -> dict[str, Column]:
@@ -247,7 +260,7 @@ def _state_text(state: RunningState, amplitude: str) -> str:
         direction = state.throw.numbers["throw_direction"]
         throw = f"throw {{throw}}{'' if direction is None else f' at {math.degrees(direction):.1f}°'}"
     if state.phases is not None:
-        angles = (f"{name} {math.degrees(math.remainder(x, 2 * math.pi)):.4g}°" for name, x in state.phases.items())
+        angles = (f"{name} {math.degrees(x) % 360:.4g}°" for name, x in state.phases.items())
         phases = f", phase {', '.join(angles)}"
     return f"{speed}{f'{throw}{phases}, ' if throw else ''}amplitude {amplitude}"
 

@@ -9,43 +9,41 @@ from __future__ import annotations
 import gc
 import json
 import time as clock
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.dynamics.work import PREPARATION, Report, Work
+from wucht.dynamics.work import PREPARATION, Cluster, Report, Work
 from wucht.environment import ONE_THREAD
 from wucht.errors import InputError, WuchtError
-from wucht.plots.arranging import arrange
-from wucht.plots.page import PRINT, Page, page_context
-from wucht.plots.sheet import write_assumptions
 from wucht.results.accessor import register_accessor
 from wucht.results.attempts import Attempts, with_attempt_warnings
-from wucht.results.formatting import units_in_print
 from wucht.results.output_folder import NEW, claim_folder, commit, remove_partial, save_partial
 from wucht.results.output_folder import load_result as read_result
 from wucht.results.provenance import provenance, refuse_edited_values
 from wucht.results.report import is_of_version_0_1, lines_in_print, report_of
 from wucht.results.store import RESULT, file_name, partial_name, prepare_folder, return_free_memory, save, to_json
+from wucht.schema.key_values import is_whole
 from wucht.studies.answer import Answer
 from wucht.studies.assumptions import assumptions
-from wucht.studies.cluster import DaskCluster, cluster_at
+from wucht.studies.cluster import cluster_at
+from wucht.studies.figures import draw
+from wucht.studies.figures import study_of_result as _study_of_result
 from wucht.studies.memory import UnitMemory, begin_units, earlier_result, question_of, without_titles
-from wucht.studies.registry import StudyEntry, studies
+from wucht.studies.processes import LocalProcesses
+from wucht.studies.registry import studies
 from wucht.studies.resource_limits import equations_note, memory_error, refuse_numbers, refuse_turns
 from wucht.studies.study import Study
-from wucht.studies.subjects import Description, subject_of
+from wucht.studies.subjects import Description, is_name, named_subject, subject_of
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.artist import Artist
-    from matplotlib.figure import Figure
-    from matplotlib.text import Text
 
+__all__ = ["draw", "export", "load", "report", "run"]
 Writer = Callable[["xr.Dataset", Path], object]
 Presenter = Callable[["xr.Dataset", Path], Sequence[str] | None]
 _SAVE_EVERY_S = 5.0  # an incomplete result, so that it can be inspected; saving takes at most a tenth of the time
@@ -62,6 +60,7 @@ def run(
     progress: Report | None = None,
     document: Mapping[str, Any] | None = None,
     scheduler: str | None = None,
+    processes: int = 1,
     write: Presenter | None = None,
     summarise: Writer | None = None,
     announce: Callable[[str], None] | None = None,
@@ -73,6 +72,7 @@ def run(
     spec : Study
         The question, such as ``wucht.RunUp(until="20 s")``.
     subject : Machine or other subject of the study
+        Or the path of a file, or a catalogue name, that has it: ``"practice/screen"``.
     folder : path, optional
         Folder for ``result.nc`` and, until the study is finished, its units of work. An earlier result there is replaced by a
         complete one only. Until then, and where the study is interrupted or fails, its result so far is ``result.partial.nc``.
@@ -87,6 +87,8 @@ def run(
     scheduler : str, optional
         Address of a scheduler of dask.distributed, such as ``"tcp://host:8786"``: its workers compute instead of this
         process. Only for studies that are ``tiled``.
+    processes : int
+        Processes of this computer that compute, likewise.
     write : callable, optional
         Writes files that show the result, such as its figure: called with the result, which is in its place by then, and the
         folder for them. It returns sentences on what could not be written; they, and an error that it raises, become warnings
@@ -111,15 +113,20 @@ def run(
     """
     if not isinstance(spec, Study):
         raise InputError("study", str(spec), 'must be a question, such as wucht.RunUp(until="20 s")')
-    if scheduler is not None and not spec.tiled:
+    if not is_whole(processes) or processes < 1 or (processes > 1 and scheduler is not None):
+        raise InputError("processes", processes, "must be a whole number from 1 on, and 1 where a scheduler has the workers")
+    if (scheduler is not None or processes > 1) and not spec.tiled:
         tiled_kinds = ", ".join(kind for kind, study in studies().items() if study.has_tiles)
-        raise InputError(
-            "--scheduler", scheduler, f"{spec.kind} runs in one process; several machines can compute {tiled_kinds}"
-        )
+        key, value = ("processes", processes) if scheduler is None else ("--scheduler", scheduler)
+        computers = "processes" if scheduler is None else "machines"
+        raise InputError(key, value, f"{spec.kind} runs in one process; several {computers} can compute {tiled_kinds}")
+    if is_name(spec, subject):
+        subject = named_subject(spec, subject)
     place = None if folder is None else Path(folder)
     with ONE_THREAD, cluster_at(scheduler) as cluster, nullcontext() if place is None else claim_folder(place):
         try:
-            return _compute_result(spec, subject, place, files, resume, progress, document, cluster, write, summarise, announce)
+            workers = LocalProcesses(processes) if processes > 1 else cluster
+            return _compute_result(spec, subject, place, files, resume, progress, document, workers, write, summarise, announce)
         except MemoryError as error:
             raise memory_error(error) from None
 
@@ -132,7 +139,7 @@ def _compute_result(
     resume: bool,
     progress: Report | None,
     document: Mapping[str, Any] | None,
-    cluster: DaskCluster | None,
+    cluster: Cluster | None,
     write: Presenter | None,
     summarise: Writer | None,
     announce: Callable[[str], None] | None,
@@ -278,54 +285,6 @@ def load(path: Path | str) -> xr.Dataset:
     return read_result(Path(path))
 
 
-def draw(result: xr.Dataset, page: Page = PRINT) -> Figure:
-    """Draw the figure of a result, from the Dataset alone.
-
-    Parameters
-    ----------
-    result : xarray.Dataset
-    page : Page
-        Page of the print: ``PRINT``, or ``JOURNAL``, a column of 88 mm without a title. A figure that would be taller than
-        230 mm there has lower panels, or is set across both columns (180 mm).
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    InputError
-        For an unknown study, or a Dataset that lacks variables of the written result.
-    """
-    with _study_of_result(result) as entry:
-        for trial_page in (page, *page.fallback_pages):
-            with page_context(trial_page):
-                figure = entry.drawer.draw(result)
-                write_assumptions(figure, result.wucht.assumed)
-                _print_units(figure)
-            if arrange(figure).get_figheight() <= trial_page.tallest:
-                break
-    return figure
-
-
-def _print_units(figure: Figure) -> None:
-    """Write the units in the texts of a figure as those of a report."""
-    for text in _texts_in(figure):
-        if text.get_text() != (printed_text := units_in_print(text.get_text())):
-            text.set_text(printed_text)
-
-
-def _texts_in(artist: Artist) -> Iterator[Text]:
-    """Texts of a figure, but for the numbers at its ticks, which are created only to be drawn."""
-    from matplotlib.axis import Axis
-    from matplotlib.text import Text
-
-    if isinstance(artist, Text):
-        yield artist
-    for child in (artist.label, artist.offsetText) if isinstance(artist, Axis) else artist.get_children():
-        yield from _texts_in(child)
-
-
 def report(result: xr.Dataset) -> list[str]:
     """Report the answer of a result in words, from the Dataset alone.
 
@@ -376,24 +335,3 @@ def export(result: xr.Dataset, folder: Path | str) -> list[str]:
             explanation = f"results of this study cannot be exported to files of a workshop; those of {kinds} can"
             raise InputError(entry.kind, None, explanation, code="not-exported")
         return entry.drawer.export(result, Path(folder))
-
-
-@contextmanager
-def _study_of_result(result: xr.Dataset) -> Iterator[StudyEntry]:
-    """The study of a result. Errors of its functions in a result that may have been edited become an ``InputError``."""
-    kind, by_kind = result.attrs.get("study"), studies()
-    if kind not in by_kind:
-        module = result.attrs.get("study_module")
-        place = "is not installed" if module is None else f"is in the module {module}, to be imported first: --import {module}"
-        raise InputError("study", kind, f"there is no study of this kind; it {place}")
-    if is_of_version_0_1(result):
-        explanation = (
-            "this result is of version 0.1 of wucht, which alone can draw it; `wucht report` has its verdict and numbers"
-        )
-        raise InputError(kind, None, explanation, code="earlier-version")
-    contents = result.wucht.contents if "contents" in result.attrs else ["contents"]
-    missing = [n for n in contents if n not in result.variables]
-    if missing:
-        raise InputError(kind, None, f"this is not a complete result of this study: {', '.join(missing)} is missing")
-    with refuse_edited_values(result):
-        yield by_kind[kind]

@@ -25,11 +25,13 @@ from wucht.fatigue.damage import AccumulatedDamage, WoehlerLine
 from wucht.machines.machine import SUPPLIED_WORK, Machine
 from wucht.machines.schedules import SCHEDULE_WORK
 from wucht.plots.scales import name_speeds, printed_values
-from wucht.plots.sheet import leading_clauses, legend_beside, new_figure
+from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.style import COLOURS, line_style, mark_natural_frequencies
 from wucht.results.formatting import abscissa_label, with_unit
+from wucht.results.report import answer_in_print
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
+from wucht.studies.foundation_variables import state_largest_forces, state_static_loads
 from wucht.studies.key_types import DEFAULT_TOLERANCE, Engine, Start, Tolerance
 from wucht.studies.motion_variables import state_natural_vibrations
 from wucht.studies.next_question import NextQuestion
@@ -203,7 +205,7 @@ class StartStop(Study):
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw speeds, amplitude, energy and damage over the time of the cycle."""
         panels = [_speeds, _amplitude, _energy, *([_damage] if "damage_course" in result else [])]
-        fig, axes = new_figure(len(panels), result.attrs["title"], leading_clauses(result.attrs["sentence"]), 1.6)
+        fig, axes = new_figure(len(panels), result.attrs["title"], answer_in_print(result), 1.6)
         off = result.wucht.summary["switch_off_time"]
         for draw_panel, axis in zip(panels, axes, strict=True):
             label = "switched off" if axis is axes[0] else None
@@ -255,6 +257,9 @@ def _state_loads(a: Answer, runs: list[LoadedRun]) -> None:
     a.number("bearing_forces", forces, "largest force of each rotor, with the bodies about it, on the carrier", "force")
     a.number("mount_travel", travels, "largest distance of each mount from its position at rest", "length")
     a.line("bearings", f"{_fields('bearing_forces', forces)} at most, of each rotor on the carrier")
+    static = state_static_loads(a, runs[0].case.machine)
+    for way, run in zip(("up", "down"), runs, strict=False):
+        state_largest_forces(a, way, static, run.loads.foundation_forces)
     if travels:
         a.line("travel", f"{_fields('mount_travel', travels)} at most from rest")
 

@@ -7,6 +7,7 @@ checks that need the subject are made once, in ``prepare``.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from copy import deepcopy
 from inspect import isgeneratorfunction, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -166,6 +167,10 @@ class Study(TableModel):
     def to_table(self) -> dict[str, Any]:
         """The question as a table, for a result: the keys that are given or have a default."""
         return {"kind": self.kind} | {k: v for k, v in self.model_dump(mode="json").items() if v is not None}
+
+    def given_table(self) -> dict[str, Any]:
+        """The keys that were given, as they were written."""
+        return self.model_dump(mode="json", exclude_defaults=True) | deepcopy(self._raw_values)
 
     def table_for(self, subject: Any) -> dict[str, Any]:
         """The question about a subject, with everything that affects the answer: the contents of files that it names.

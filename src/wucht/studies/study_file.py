@@ -204,6 +204,14 @@ def run_study(study_file: StudyFile, **options: Any) -> xr.Dataset:
         raise error if option else error.with_file(study_file.path) from None
 
 
+def with_keys(spec: Study, values: Mapping[str, Any]) -> Study:
+    """The question with other values of keys, by path without ``study.``. Raises ``InputError``."""
+    study_table = spec.given_table()
+    for key, value in values.items():
+        _set_key(study_table, key.split("."), value, spec.one_of)
+    return type(spec).from_table(study_table)
+
+
 def _explain_dropped(error: InputError, dropped_keys: list[str]) -> InputError:
     """Explain the error of a missing key that the file has, but for another kind of study."""
     if error.value is not None or error.location.removeprefix("study.") not in dropped_keys:

@@ -18,8 +18,9 @@ from typing import Any, Protocol
 import sympy as sp
 from sympy.printing.str import StrPrinter
 
+from wucht.analysis.plausibility import plausibility_notes
 from wucht.errors import InputError
-from wucht.files.catalogue import ABOUT, machine_of
+from wucht.files.catalogue import ABOUT, load_document, machine_of
 from wucht.files.catalogue import equations_of as document_equations
 from wucht.files.documents import Document
 from wucht.files.user_system import UserSystem
@@ -138,7 +139,8 @@ class MachineSubject:
             "bodies": [[b.name, b.kind, b.about] for b in subject.bodies],
         }
         dimensionless, parts = not subject.units.time, _parts_of(subject)
-        return Description(subject.title, dimensionless, facts, subject.warnings, subject.notes, parts)
+        notes = (*subject.notes, *plausibility_notes(subject))
+        return Description(subject.title, dimensionless, facts, subject.warnings, notes, parts)
 
 
 def _parts_of(machine: Machine) -> tuple[Mapping[str, Any], ...]:
@@ -146,14 +148,16 @@ def _parts_of(machine: Machine) -> tuple[Mapping[str, Any], ...]:
 
     Each with ``path``, ``kind``, the body it turns about or acts ``on``, and for each of its ``parameters`` its name in words,
     its unit, and whether it changes over time, so that its value is that at the start. A carrier has its ``directions``, a
-    drive its ``sense``. Parameters of tracks belong to parts of their paths.
+    drive its ``sense``, and what of it is estimated as ``estimates``, each with its range, in words. Parameters of tracks
+    belong to parts of their paths.
     """
     owners: dict[str, dict[str, Any]] = {}
     for part in machine.parts:
         on = getattr(part, "about", None) or getattr(part, "on", None) or ""
         owners[part.path] = {"path": part.path, "kind": part.kind, "on": on, "parameters": {}}
         if isinstance(part, Drive):
-            owners[part.path]["sense"] = getattr(part, "sense", 1)
+            owners[part.path] |= {"sense": getattr(part, "sense", 1)}
+            owners[part.path] |= {"estimates": list(part.estimates())} if part.estimates() else {}
     carrier = owners.get("carrier") or owners.get("")
     if carrier is not None:
         carrier["directions"] = list(machine.labels)
@@ -208,3 +212,32 @@ def subject_of(spec: Study | type[Study]) -> SubjectKind:
     module, _, name = spec.subject.partition(":")
     subject: SubjectKind = getattr(import_module(module), name)
     return subject
+
+
+def is_name(spec: Study, subject: Any) -> bool:
+    """True for the path or catalogue name of a file that has the subject of a study.
+
+    False for subjects themselves; a study of one's own may have a path as its subject. Raises ``InputError`` where the question
+    names its files itself.
+    """
+    if not isinstance(subject, str | Path):
+        return False
+    try:
+        subject_of(spec).describe(subject)
+    except InputError as error:
+        if error.location.startswith("study."):
+            raise
+        return True
+    return False
+
+
+def named_subject(spec: Study, name: str | Path, settings: Mapping[str, Any] | None = None) -> Any:
+    """The subject of a study in a file, by its path or catalogue name; the question in the file is not read.
+
+    settings: values by path. Raises ``InputError``: file, key, given value and requirement.
+    """
+    document, path = load_document(str(name))
+    try:
+        return subject_of(spec).from_document(document | {"study": spec.to_table()}, path, str(name), settings or {})[0]
+    except InputError as error:
+        raise error.with_file(path) from None

@@ -22,11 +22,13 @@ from wucht.plots.sheet import new_figure
 from wucht.plots.stability_lines import draw_by_stability, draw_classes, draw_configurations
 from wucht.plots.style import COLOURS, GREY, mark_speeds
 from wucht.results.formatting import with_unit
+from wucht.results.report import answer_in_print
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
 from wucht.studies.from_rest_variables import FROM_REST_WORDS, state_ends_from_rest
 from wucht.studies.key_types import BalancingBodies, Interval, Start, Whole
 from wucht.studies.motion_variables import state_natural_vibrations
+from wucht.studies.motor_variables import state_motor_shares
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.starting_variables import not_started_statement, state_starting_torques
 from wucht.studies.study import Study
@@ -114,7 +116,7 @@ class TorqueBalance(Study):
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw the torques over the speed, and the working points."""
         speed, drive, load, vibration = (result[n].values for n in ("speed", "drive_torque", "load_torque", "vibration_torque"))
-        fig, [axis] = new_figure(1, result.attrs["title"], result.attrs["sentence"], 3.4)
+        fig, [axis] = new_figure(1, result.attrs["title"], answer_in_print(result), 3.4)
         axis.plot(speed, drive, color=COLOURS[1], linewidth=1.2, label="drive")
         if has_load := bool(np.abs(load).any()):
             axis.plot(speed, load, color=COLOURS[2], linewidth=1.0, linestyle="-.", label="load and bearings")
@@ -143,7 +145,7 @@ def _state_balance(
         of_stable = from_rest.is_reached(rotor, operating.stable_states(machine))
         remaining = iter(of_stable)
         is_reached = [next(remaining) if possible else False for possible in operating.possible]
-        labels = operating.labels or [f"{p.speed:.5g} {machine.units.speed}".rstrip() for p in operating.points]
+        labels = operating.labels or [a.in_words(p.speed, "speed") for p in operating.points]
         labels_of_stable = [label for label, possible in zip(labels, operating.possible, strict=True) if possible]
         in_words = from_rest.sentence(of_stable, labels_of_stable, with_reason=not not_started)
     a.sentence = "; ".join(filter(None, [_count_in_words(steady, curves, operating), in_words, not_started]))
@@ -161,6 +163,7 @@ def _state_balance(
     )
     state_ends_from_rest(a, from_rest)
     _state_points(a, operating, is_reached, in_steady_phases=steady.torques is not None)
+    state_motor_shares(a, steady.machine, rotor, max(stable_speeds, key=abs, default=None))
     _state_machine(a, steady, curves[0])
 
 
@@ -246,11 +249,11 @@ def _state_points(a: Answer, operating: OperatingPoints, is_reached: Sequence[bo
         place = f", {operating.labels[k]}" if configurations else ""
         place += ", but with overlapping bodies of a track" if over else ""
         slip = "" if p.slip is None else ", slip {slip:%}"
-        drive = "drive there like {slope} from {no_load_speed}"
+        drive = "as a straight line {slope}, zero at {no_load_speed}"
         if not math.isfinite(p.slope):
-            drive = "held by the drive's controller"
+            drive = "held by the controller"
         elif not math.isfinite(p.no_load_speed):
-            drive = "drive of constant torque there"
+            drive = "constant torque"
         mark = "; reached from rest" if is_reached[k] else ""
         a.line(stability, f"{{speed}}{place}: {{torque}}{slip}; {drive}{mark}", at=f"working_points[{k}]")
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from wucht.cams.laws.standard_laws import SPLINES, STANDARD_LAWS, RiseAndReturn, sine_constant_cosine, spline, standard_law
+from wucht.cams.laws.cam_segments import RiseAndReturn
+from wucht.cams.laws.standard_laws import SPLINES, STANDARD_LAWS, sine_constant_cosine, spline, standard_law
 from wucht.errors import InputError
 
 PI = math.pi
@@ -32,6 +33,7 @@ def inside(law, count=41):
         ("modified-sine", (1.7596, 5.5280, 69.466), (4 * PI / (4 + PI), 4 * PI**2 / (4 + PI), 16 * PI**3 / (4 + PI))),
         ("modified-trapezoid", (2, 4.8881, 61.426), (2, 8 * PI / (2 + PI), 32 * PI**2 / (2 + PI))),
         ("harmonic", (1.5708, 4.9348, 15.503), (PI / 2, PI**2 / 2, PI**3 / 2)),
+        ("parabolic", (2, 4, 0), (2, 4, 0)),
     ],
 )
 def test_characteristic_numbers(kind, printed, closed):
@@ -176,3 +178,13 @@ def test_the_acceleration_jumps_most_where_the_shorter_arc_begins_and_ends():
     arcs = (0.5, 1.5), (2.0, 2.4)
     assert RiseAndReturn(standard_law("harmonic"), -0.03, *arcs).jump == pytest.approx(0.03 * PI**2 / 2 / 0.4**2)
     assert RiseAndReturn(standard_law("3-4-5"), -0.03, *arcs).jump == 0.0
+
+
+def test_the_acceleration_of_a_parabolic_law_jumps_most_in_the_middle():
+    """From 4 to -4."""
+    assert RiseAndReturn(standard_law("parabolic"), 0.03, (0.5, 1.5), (2.0, 2.4)).jump == pytest.approx(0.03 * 8 / 0.4**2)
+    assert [standard_law(kind).inner_jumps(2).tolist() for kind in ("parabolic", "modified-trapezoid", "3-4-5")] == [
+        [0.5],
+        [],
+        [],
+    ]

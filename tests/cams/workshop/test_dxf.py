@@ -15,6 +15,7 @@ PITCH_CURVE = ellipse(0.06, 0.06)
 TOLERANCE = 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CURVES)
 def test_a_round_trip_within_the_tolerance(tmp_path, name):
     write_dxf(tmp_path / "cam.dxf", CURVES[name], TOLERANCE, PITCH_CURVE)

@@ -155,6 +155,7 @@ def test_an_orbit_far_from_the_one_beside_it(begin: float, value: float) -> None
         reported_orbit(problem, branch.seed, [kept_at(begin)], -0.3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("value", [-0.2499999, -0.2499, -0.245, -0.01, -0.001])
 def test_both_orbits_beside_a_fold_and_a_hopf_point(value: float) -> None:
     """Each side once, as near as 1e-7 to the fold at -0.25, where Newton's method leads to either; 0 is the Hopf point."""

@@ -266,6 +266,7 @@ def test_a_decay_that_is_slower_than_any_exponential_is_no_torus() -> None:
     assert (run.kind, run.advised_time) == (MotionKind.NOT_SETTLED, 240_000.0)
 
 
+@pytest.mark.slow
 def test_an_angle_that_turns_and_is_not_declared_covers_no_torus() -> None:
     """x'' + x'/10 + sin x = 1/2 turns for ever: with x as a plain number the states return nowhere; as an angle, every turn."""
     turning = {"x": "y", "y": "-sin(x) - 0.1*y + 0.5"}

@@ -102,6 +102,7 @@ def test_a_released_body_stays_free_in_the_legs_that_follow(when: dict[str, floa
     assert _swing(result)[-1] > 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("when", RELEASES, ids=["time", "speed"])
 def test_a_released_body_is_free_where_a_run_is_taken_up_again(when: dict[str, float], tmp_path: Path) -> None:
     machine, asked = _released(when), RunUp(until=0.5, start={"p": 0.7})

@@ -88,15 +88,16 @@ def apart(first: dict[str, float], second: dict[str, float]) -> float:
     return max(abs(math.degrees(wrap_to_pi(first[name] - second[name]))) for name in second)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "count", "degrees", "share"),
     [
         # The exciters work against each other: their fluctuation shows in what is left.
-        pytest.param(1, 2, 0.5, 0.025, marks=pytest.mark.slow),
+        (1, 2, 0.5, 0.025),
         (2, 2, 0.5, 0.01),
         # Near the edge of synchronisation the phases depend on what the averaged equations leave out.
-        pytest.param(3, 3, 2.0, 0.01, marks=pytest.mark.slow),
-        pytest.param(4, 3, 0.5, 0.01, marks=pytest.mark.slow),
+        (3, 3, 2.0, 0.01),
+        (4, 3, 0.5, 0.01),
     ],
 )
 def test_a_working_point_is_where_the_run_up_ends(seed: int, count: int, degrees: float, share: float) -> None:

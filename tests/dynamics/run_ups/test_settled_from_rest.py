@@ -51,6 +51,7 @@ def stable(balance: Any) -> list[dict[str, Any]]:
     return [p for p in balance.wucht.summary["working_points"] if p["stable"]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slope", [0.02, 0.03])
 def test_the_working_point_that_an_own_integration_reaches(slope: float) -> None:
     """From a slope between these on, the drive gets through: below it there are a slow point, captured, and a fast one."""

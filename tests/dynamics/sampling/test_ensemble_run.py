@@ -49,12 +49,13 @@ def same(a: MemberOutcomes, b: MemberOutcomes) -> bool:
     return all(np.array_equal(getattr(a, n), getattr(b, n), equal_nan=True) for n in names) and a.failures == b.failures
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("model", "u"),
     [
-        *(pytest.param("slow", u, marks=pytest.mark.slow) for u in (1.0, 2.5)),
+        *(("slow", u) for u in (1.0, 2.5)),
         ("full", 1.0),
-        pytest.param("full", 2.5, marks=pytest.mark.slow),
+        ("full", 2.5),
     ],
 )
 def test_outcomes_are_those_of_run_ups(model: str, u: float) -> None:
@@ -69,6 +70,7 @@ def test_outcomes_are_those_of_run_ups(model: str, u: float) -> None:
         assert found.settling_time[i] == pytest.approx(motion.verdict.settling_time, abs=max(apart, 20.0))
 
 
+@pytest.mark.slow
 def test_a_member_does_not_depend_on_the_others() -> None:
     machine = pendulums(2.5)
     question, starts = EnsembleQuestion(machine, model="slow"), states(machine, grid(4))
@@ -77,7 +79,8 @@ def test_a_member_does_not_depend_on_the_others() -> None:
     assert same(outcomes_of(question, starts[:, 5:6], {}), whole.select(np.array([5])))
 
 
-@pytest.mark.parametrize("name", ["practice/fan-on-belt", pytest.param("practice/laundry-drum", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["practice/fan-on-belt", "practice/laundry-drum"])
 def test_machines_of_piecewise_laws(name: str) -> None:
     """A belt; a schedule, contacts and a fan's load: in batches, with the labels of run-ups."""
     machine = load_machine(name)
@@ -130,6 +133,7 @@ def test_a_mirrored_machine_comes_to_its_end_as_soon(model: Any) -> None:
     assert backward.peak_amplitude == pytest.approx(forward.peak_amplitude, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changed",
     [
@@ -151,6 +155,7 @@ def test_what_is_integrated_in_batches_has_the_labels_of_run_ups(changed: dict[s
     assert found.peak_amplitude[0] == pytest.approx(alone.observation.largest, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_member_that_fails_is_told_and_disturbs_no_other() -> None:
     machine = pendulums(1.0)
     starts = states(machine, grid(2))

@@ -85,6 +85,7 @@ def neighbours(question: EnsembleQuestion, start: np.ndarray) -> MemberOutcomes:
     return MemberOutcomes.join([by_run_ups(replace(question, tolerance=t), near) for t in (1e-6, 1e-9)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [2, 22, pytest.param(207, id="near its end"), pytest.param(237, id="inverter near its end")])
 def test_labels_and_settling_times(number: int) -> None:
     check(number)

@@ -77,6 +77,7 @@ def states(of: Machine, angles: np.ndarray) -> np.ndarray:
     return np.stack([initial_state(of, start(pair)) for pair in angles], axis=1)
 
 
+@pytest.mark.slow
 def test_a_run_until_settled_waits_until_the_pendulums_have_left_each_other() -> None:
     for mismatch in (0.0, 1e-6):
         motion = run_to_end(machine(mismatch=mismatch), START)
@@ -176,6 +177,7 @@ def test_ensembles_until_settled_agree_with_long_ones() -> None:
     assert 0.2 < (settled == CAPTURED).mean() < 0.8 and sum(a in OPEN_OUTCOMES for a, _ in pairs) <= 6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("mass", "apart"), [(0.0999, 0.0), (0.10001, 0.02828), (0.05, 0.0)])
 @pytest.mark.parametrize("damping", [2e-3, 2e-4])
 def test_bodies_that_stay_together_or_nearly_have_an_outcome(mass: float, apart: float, damping: float) -> None:

@@ -173,6 +173,7 @@ def test_narrower_bounds_never_change_an_outcome_once_identified(pair):
     assert earlier in (Outcome.UNIDENTIFIED, later)
 
 
+@pytest.mark.slow
 @settings(always, max_examples=200)
 @given(evidences(resonances=(None, RESONANCE)))
 def test_the_outcome_is_the_one_of_all_points_within_the_bounds(e):

@@ -226,6 +226,7 @@ def test_steps_follow_an_event_function_that_changes_faster_than_the_states(spee
     assert [h.time for h in run.hits] == pytest.approx([(k * math.pi - 0.5) / speed for k in range(1, 32)], rel=1e-11)
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(st.lists(st.integers(-9, 9), min_size=1, max_size=5, unique=True))
 def test_the_events_of_a_polynomial_are_its_roots(tenths):

@@ -78,6 +78,7 @@ def test_quadratures_are_integrated_along():
 BEFORE = np.linspace(0, 2, 22)  # no sample at the pole t = 1 itself
 
 
+@pytest.mark.slow
 def test_a_failure_names_time_state_and_remedy_and_keeps_the_samples_before_it(engine):
     """x' = x^2 from x = 1 is 1/(1 - t): infinite at t = 1. The last sample is at t = 20/21, where x = 21."""
     tolerance = {"compiled": 1e-12, "radau": 1e-9}[engine]

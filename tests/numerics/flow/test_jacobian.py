@@ -44,6 +44,7 @@ def test_a_division_by_zero_is_no_number() -> None:
     assert math.isnan(fx[0, 0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "inertia"), [("drozdetskaya-2020/r1-u80", False), ("practice/screen", True)])
 def test_averaged_machines_against_differences(name: str, inertia: bool) -> None:
     averaged_equations = averaged_equations_of(load_machine(name), inertia=inertia)

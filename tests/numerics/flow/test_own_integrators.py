@@ -35,6 +35,7 @@ def same(a: Trajectory, b: Trajectory) -> bool:
     return hits and np.array_equal(a.states, b.states) and a.failure is b.failure is None
 
 
+@pytest.mark.slow
 def test_many_threads_at_once(engine: str) -> None:
     """Each thread gets the numbers to the last bit that it gets alone, whatever the others integrate meanwhile."""
     stiffnesses = [0.5 + 0.25 * i for i in range(4)]
@@ -51,6 +52,7 @@ def test_many_threads_at_once(engine: str) -> None:
     assert not any(same(a, b) for a, b in pairwise(trajectories))
 
 
+@pytest.mark.slow
 def test_a_run_within_a_run(engine: str) -> None:
     """A callback of progress that integrates the same compiled System with other values does not touch the outer run."""
     outer, inner = run(DRIVEN, engine, 1.0, (PASSING,)), run(DRIVEN, engine, 3.0, (PASSING,))
@@ -64,6 +66,7 @@ def test_a_run_within_a_run(engine: str) -> None:
 DIVERGING = System((x, v), (x**2, k * x), (k,))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("system", "events"), [(SPRING, (PASSING, ACTING)), (DIVERGING, ())])
 def test_a_run_leaves_nothing_to_the_next(engine: str, system: System, events: tuple[Event, ...]) -> None:
     """After Ctrl-C, a state that is not finite, or an end at an event, a run has the bits of one with new integrators."""

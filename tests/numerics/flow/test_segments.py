@@ -77,6 +77,7 @@ def test_a_polygon_over_time(engine, samples):
     assert np.abs(trajectory.states[0] - 0.25 - area).max() < 2e-13
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("engine", "tolerance"),
     [(engine, tolerance) for engine in ("compiled", LANES) for tolerance in (1e-6, 1e-9, 1e-12)]

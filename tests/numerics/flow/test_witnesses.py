@@ -47,6 +47,7 @@ def difference(states: np.ndarray, witness: np.ndarray) -> float:
     return float((np.abs(states - witness) / np.abs(witness).max(axis=1, keepdims=True)).max())
 
 
+@pytest.mark.slow
 @needs_heyoka
 @pytest.mark.parametrize(
     ("machine", "start", "until"),
@@ -79,6 +80,7 @@ def test_fifty_turns_by_runge_kutta() -> None:
     assert difference(run.states, runge_kutta_states(machine.system, initial, machine.values, time)) < 5e-10
 
 
+@pytest.mark.slow
 def test_a_chaotic_oscillator_with_stops() -> None:
     """Duffing-like between two stops, driven: the witness, which does not know them, errs by 1e-12 a step at each, and errors
     grow tenfold every few periods. The implicit integrator interpolates its places by cubics."""
@@ -92,6 +94,7 @@ def test_a_chaotic_oscillator_with_stops() -> None:
         assert np.abs(run.states - witness).max() < allowed, engine
 
 
+@pytest.mark.slow
 def test_a_pendulum_that_sticks_to_its_rotor_is_stiff() -> None:
     """A damping of 1e5 N m s holds it within 1e-8 s. LSODA goes over to backward differences by itself; they differ by 6e-9."""
     machine = load_machine("drozdetskaya-2020/r1", {"p1.damping": "1e5 N m s"})

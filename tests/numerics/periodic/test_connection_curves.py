@@ -87,6 +87,7 @@ def characteristic(nu: float, be: float) -> np.ndarray:
     return np.array([1.0, p + be, p * be + 1 - q, p])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("time", [36.13, 60.0])
 def test_the_circuits_curve_from_end_to_end(time: float) -> None:
     """A short time and a long one make no difference, and both ends are told.

@@ -43,6 +43,7 @@ def rates(averaged_equations: AveragedEquations, kappa: float) -> np.ndarray:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MACHINES)
 def test_factor_1_is_the_machine_itself(name: str) -> None:
     expected, family = (rates_of(m.system, m.values) for m in (load_machine(name), scale_epsilon(load_machine(name), 1.0)))

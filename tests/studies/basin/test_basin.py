@@ -73,6 +73,7 @@ def test_the_map_has_each_cell_where_it_belongs() -> None:
     assert result.peak_amplitude.attrs == {"long_name": "peak amplitude, without ripple", "units": "m"}
 
 
+@pytest.mark.slow
 def test_refined_borders_are_those_of_the_dense_map() -> None:
     """Each cell is as in the dense map, from far fewer runs; cells that are not run have what the coarser cell has."""
     refined, dense, coarse = rotor(refine=2), rotor(64, 48), rotor()
@@ -95,6 +96,7 @@ def test_refined_borders_are_those_of_the_dense_map() -> None:
         assert np.array_equal(values[levels == 0], np.kron(coarse[name].values, np.ones((4, 4)))[levels == 0])
 
 
+@pytest.mark.slow
 def test_a_border_across_the_seams() -> None:
     """Bodies that would overlap are no start: these cells are labelled so, and the others are run. Whole turns are periodic:
     the refined map has the band whole there, too."""
@@ -112,6 +114,7 @@ def test_a_border_across_the_seams() -> None:
     assert report(result) and draw(refined).axes
 
 
+@pytest.mark.slow
 def test_a_tongue_is_followed_out_of_the_halved_cells() -> None:
     """A band of overlaps narrower than a coarse cell, along the diagonal: it is run also where it leaves the halved cells."""
     close = {"b1": [0.9, 2.9, 5], "b2": [-0.1, 1.9, 5]}

@@ -51,6 +51,7 @@ def test_without_a_table_speed_the_cam_is_corrected_for_the_predicted_shaft():
     assert np.abs(found - even).max() > 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("corrected", "version"), [(None, "original"), (False, "original"), (True, "corrected")])
 def test_a_contour_says_whether_it_is_the_original_or_the_corrected_cam(corrected, version):
     """Without the key it is the original one, and a warning names both choices."""

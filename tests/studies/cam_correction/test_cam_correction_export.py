@@ -28,6 +28,7 @@ def drive():
     return cam_drive_from(TABLES | {"follower": FOLLOWER}, "A drive", None)
 
 
+@pytest.mark.slow
 def test_it_is_the_corrected_cam_of_the_contour(drive, tmp_path, monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
     keys = {"points": 36, "chord_tolerance": "100 um", "decimals": 4}

@@ -126,6 +126,7 @@ def _energy_with_the_corrected_cam(J0, J1, mean):
     return brentq(lambda E: np.sqrt((2 * E - excess) / J0).mean() - mean, excess.max() / 2, 1e6, xtol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("begin", "output", "told"), [("90 deg", 6.0, False), ("178 deg", 0.01, True)])
 def test_a_speed_whose_orders_have_no_end_is_told(begin, output, told):
     """The acceleration of the simple harmonic law jumps: of a rise in two degrees orders up to 1023 are not enough."""
@@ -228,6 +229,7 @@ DRIVES = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [k for k in DRIVES if k not in ("constant-speed", "synchronous")])
 def test_with_every_drive_work_in_is_work_out(kind):
     asked = drive(drive={"kind": kind, **DRIVES[kind]}, loads=[{"kind": "viscous", "coefficient": 2.0}])
@@ -385,6 +387,7 @@ def test_a_shaft_that_twists_asks_for_its_own_cam(elastic):
 # --- files, figure, sentences ---
 
 
+@pytest.mark.slow
 def test_resumed_it_is_the_uninterrupted_one(tmp_path):
     """Stopped before the springs: motions, the cut cam and the simulation are kept."""
     asked = wucht.CamPrediction(cuts=1, simulate=1, speed_points=2)

@@ -77,7 +77,8 @@ def write(law: str, more: str = "") -> None:
     Path("cam.toml").write_text(FILE.format(law=law) + more, encoding="utf-8")
 
 
-@pytest.mark.parametrize("law", [pytest.param(FORMULA, id="formula"), pytest.param(TABLE, id="table", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("law", [pytest.param(FORMULA, id="formula"), pytest.param(TABLE, id="table")])
 def test_a_standard_law_is_judged_by_what_is_off_the_law(here: Path, law: str) -> None:
     write(law)
     result = run_file("cam.toml", {"study.simulate": 2, "study.cuts": 2})
@@ -129,6 +130,7 @@ def test_a_record_of_the_speed_is_compared_with_the_prediction(here: Path) -> No
     assert draw(measured).axes
 
 
+@pytest.mark.slow
 def test_a_torque_is_not_computed_again_and_again() -> None:
     """It is tabulated for the simulation, also where it has kinks: beside SciPy's solution with the torque itself."""
     from scipy.integrate import solve_ivp

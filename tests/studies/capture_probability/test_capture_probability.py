@@ -70,6 +70,7 @@ def test_the_wanted_probability_is_searched_for() -> None:
     assert report(result) and draw(result).axes
 
 
+@pytest.mark.slow
 def test_the_same_random_numbers_at_all_values() -> None:
     """A run that gets through with a weaker motor does with a stronger one: no estimate falls, however near two values are."""
     result, again, other = (asked(points=8, seed=seed).estimate.values for seed in (0, 0, 1))
@@ -181,6 +182,7 @@ def undecided() -> xr.Dataset:
     return asked(**UNDECIDED)
 
 
+@pytest.mark.slow
 def test_a_machine_whose_first_value_is_undecided() -> None:
     """Its weak motor still accelerates, a tenth of the way, when the runs end. The other one passes with the small unbalances,
     of those from 2 to 12 g m, which an integration of our own finds."""
@@ -213,6 +215,7 @@ def test_the_advice_is_that_of_the_run_up_of_the_first_sample() -> None:
     assert warning.endswith(f"give a longer study.until than 20, as {first['advised_time']:g} s")
 
 
+@pytest.mark.slow
 def test_a_target_beside_a_value_without_a_probability() -> None:
     """The search comes down to the undecided value; where the last one is undecided, of a heavy rotor, nothing is known."""
     s = asked(**UNDECIDED | {"probability": 0.2}).wucht.summary
@@ -222,6 +225,7 @@ def test_a_target_beside_a_value_without_a_probability() -> None:
     assert s["sentence"].endswith(" = 2 kg m^2 has a verdict") and s["smallest"] is None
 
 
+@pytest.mark.slow
 def test_where_no_value_has_a_probability() -> None:
     """The answer says so, and how long a run must be; nothing is searched, and no influence computed. Six values are named."""
     random = UNDECIDED["random"] | SPEED

@@ -16,6 +16,7 @@ QUESTION = CaptureProbability(
 )
 
 
+@pytest.mark.slow
 def test_resumed_is_uninterrupted(tmp_path: Path) -> None:
     """Stopped where the second and the third value begin, and in the search."""
     for begun in ("drive.slope = 0.0125", "drive.slope = 0.02", "drive.slope = 0.006"):

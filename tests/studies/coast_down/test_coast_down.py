@@ -188,6 +188,7 @@ def test_an_undamped_disc_swings_below_the_speed_at_which_it_turns_over(share: f
     assert (up == "oscillating") == (outcome == "oscillating")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_the_speed_of_the_largest_amplitude_is_the_mean_over_the_turn_about_it(sense: float) -> None:
     """A light, heavily unbalanced rotor is slower and faster within a turn; against an integration of our own."""
@@ -229,6 +230,7 @@ def test_an_interrupted_run_is_a_valid_result(call: int) -> None:
     assert any("interrupted" in w for w in result.wucht.warnings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("swinging", "share"), [(False, 0.0), (True, 0.1), (True, 0.97)])
 def test_resumed_it_is_the_uninterrupted_one(tmp_path: Path, share: float, swinging: bool) -> None:
     """From the folder, to the last bit: it continues from the last whole leg."""
@@ -247,6 +249,7 @@ def test_resumed_it_is_the_uninterrupted_one(tmp_path: Path, share: float, swing
         assert min(seen) > share - 0.25, "of five legs only the one that was interrupted is run again"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("swinging", [False, True])
 def test_what_is_remembered_of_a_long_run_is_small(tmp_path: Path, swinging: bool) -> None:
     """Of a rotor that creeps or swings on, too: times, angles and speeds of its 16 legs are 8 MB."""
@@ -257,6 +260,7 @@ def test_what_is_remembered_of_a_long_run_is_small(tmp_path: Path, swinging: boo
     assert sum(f.stat().st_size for f in units) < 3_000_000
 
 
+@pytest.mark.slow
 def test_the_implicit_integrator_agrees() -> None:
     times = [
         run(CoastDown(until=5.0, start=AT_100, engine=engine), heavy_disc()).wucht.summary["half_time"]

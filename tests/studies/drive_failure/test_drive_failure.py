@@ -41,6 +41,7 @@ def test_before_it_runs_as_its_run_up_ends(failures: Any) -> None:
     assert before["phases"]["e2"] == pytest.approx(math.radians(360 - 90.4), abs=5e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("index", [0, 1])
 def test_afterwards_it_runs_as_with_a_schedule_of_the_voltage(failures: Any, screen: Machine, index: int) -> None:
     """A run-up from rest, whose motor has no voltage from 5 s on, ends in the same state."""

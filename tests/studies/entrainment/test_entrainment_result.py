@@ -36,6 +36,7 @@ def clockwise() -> xr.Dataset:
 # --- the Dataset ---
 
 
+@pytest.mark.slow
 def test_points_of_the_averaged_equations(band: xr.Dataset) -> None:
     """001 (21), (22): the motor is set the sine of the phase times half the band beyond the frequency, stable inside it."""
     half = 0.1 * 0.01 * 1e-3 * FREQUENCY**2 / 2 / 1e-5

@@ -40,12 +40,13 @@ def whole() -> tuple[xr.Dataset, list[str]]:
     return run(Entrainment.from_table(QUESTION), machine(), progress=listening(words)), words
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("call", "during"),
     [
-        pytest.param(100, RUN, marks=pytest.mark.slow),
+        (100, RUN),
         (3, "averaged equations"),
-        pytest.param(8, "locked motions", marks=pytest.mark.slow),
+        (8, "locked motions"),
     ],
 )
 def test_resumed_it_is_the_uninterrupted_one(call: int, during: str, tmp_path: Path) -> None:

@@ -54,6 +54,7 @@ def distances(result: xr.Dataset, name: str, slope: float = 5.0) -> dict[str, fl
     }
 
 
+@pytest.mark.slow
 def test_the_distances_are_those_of_the_curves(result: xr.Dataset) -> None:
     s = result.wucht.summary
     for of, name in (("full", "amplitude_full"), ("slow", "amplitude_slow")):

@@ -70,6 +70,7 @@ def test_the_work_of_a_schedule_is_that_of_the_spring(interpolation):
     assert result.wucht.summary["failure_time"] == begin
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["drop", "linear"])
 def test_a_failure_by_damage_is_one_by_a_schedule_of_the_same_steps(law):
     """The same motion, work and energy; and the damage is that of the whole history counted at once."""

@@ -106,6 +106,7 @@ def test_a_gradual_failure_that_is_seen_before_it() -> None:
 # --- other values ---
 
 
+@pytest.mark.slow
 def test_the_signal_over_one_parameter() -> None:
     """Between two slopes, and four times halfway between the best one and its neighbour; as a machine of that slope has it."""
     shares = list[float]()

@@ -108,6 +108,7 @@ def is_best_of_what_is_shown(balancer: Balancer, seed: int) -> None:
     assert recommended["settling_time"] == pytest.approx(mine, rel=0.3), "at rest, and a hundredth left, are not the same"
 
 
+@pytest.mark.slow
 def test_the_recommended_damping_is_the_known_one() -> None:
     is_best_of_what_is_shown(BALANCERS["half of what the bodies take away"], 1)
 

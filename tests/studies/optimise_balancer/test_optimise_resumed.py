@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from searches import DAMPINGS, HELD
 
 from interrupting import assert_same, stop_at, stopped_often
@@ -16,6 +17,7 @@ QUESTION = OptimiseBalancer(vary={"damping": DAMPINGS}, objectives=["settling-ti
 MACHINE = HELD.machine(DAMPINGS[0])
 
 
+@pytest.mark.slow
 def test_resumed_is_uninterrupted(tmp_path: Path) -> None:
     reports = list[float]()
     whole = run(QUESTION, MACHINE, progress=lambda share, _: reports.append(share))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.special import ellipk
+from scipy.special import ellipe, ellipk
 from tests.interrupting import assert_same, stop_at
 from tests.refusals import check_refusal, refused
 
@@ -98,6 +98,7 @@ def islands() -> Any:
     return run(asked, own(ISLANDS))
 
 
+@pytest.mark.slow
 def test_each_orbit_has_the_number_of_its_branch() -> None:
     made = islands()
     assert made.wucht.sentence.endswith("; both ends are a Hopf point; 2 more branches")
@@ -140,6 +141,23 @@ def test_a_libration_turns_no_angle_and_a_damped_swing_is_a_complex_exponent() -
     assert swings == [pytest.approx([-0.3, sign * beat], rel=1e-6) for sign in (-1, 1)]
     stored = np.array([made.orbit_exponent_re.values[:, 0], made.orbit_exponent_im.values[:, 0]])
     assert stored.T.tolist() == orbit["exponents"]
+    # Liouville: the product of the multipliers is exp of the integral of the trace over a period. Here it is E - H - v^2 - 0.6,
+    # and the integral of v^2 that of v over q, the area 16 (E(m) - (1 - m) K(m)) of the pendulum's orbit, m = (1 + E)/2 = 1/4.
+    area = 16 * (ellipe(0.25) - 0.75 * ellipk(0.25))
+    multipliers = [complex(*pair) for pair in orbit["multipliers"]]
+    assert np.prod(multipliers) == pytest.approx(np.exp(-area - 0.6 * orbit["period"]), rel=1e-8)
+    by_swing = np.exp((-0.3 + 0.7j) * orbit["period"])
+    assert multipliers[0] == pytest.approx(by_swing if by_swing.imag > 0 else by_swing.conjugate(), rel=1e-6)
+    stored = made.orbit_multiplier_re.values[:, 0] + 1j * made.orbit_multiplier_im.values[:, 0]
+    assert stored.tolist() == multipliers
+
+
+def test_branches_are_the_table_of_that_name() -> None:
+    result = circles()
+    with pytest.warns(FutureWarning, match="branch_points"):
+        branches = result.wucht.branches
+    assert branches.equals(result.wucht.table("branches")) and branches["begun"].tolist() == ["a run at mu = 1"]
+    assert len(result.wucht.branch_points) == result.sizes["point"]
 
 
 def test_the_law_of_a_saddle_connection_has_the_rate_of_the_saddle() -> None:
@@ -162,6 +180,7 @@ def test_the_law_of_a_saddle_connection_has_the_rate_of_the_saddle() -> None:
     assert np.isnan(made.end_residual.values[0]).all()
 
 
+@pytest.mark.slow
 def test_orbits_of_a_rotor() -> None:
     """002, table 5.1 at u = 3, both pendulums together: period, speeds, exponent, also over the angle of the rotor."""
     asked = OrbitBranch(along="u", range=(2.9, 3.1), at=3.0, values=(3.0,), together=True)

@@ -115,6 +115,7 @@ def test_the_orbit_of_the_alternative_set_ends_on_a_saddle_connection() -> None:
     assert ends[8.1] == ["fixed point", "fixed point"]
 
 
+@pytest.mark.slow
 def test_the_printed_equations_have_the_same_portrait() -> None:
     """As a table [system]; their time is the angle of the rotor."""
     from wucht.files.user_system import equations_from

@@ -149,6 +149,7 @@ def test_a_connection_of_saddles_is_doubted() -> None:
     assert warning == "a separatrix leads to a saddle: the least change of a parameter breaks this connection"
 
 
+@pytest.mark.slow
 def test_a_machine_over_the_angle_of_its_rotor() -> None:
     """Its equations have no mean motion of their own time: eigenvalues over the angle are those over the speed there."""
     machine = wucht.load_machine("drozdetskaya-2020/table-5.1", {"u": 7.0})

@@ -36,6 +36,7 @@ def test_closed_curves_are_met_where_no_trajectory_is_drawn() -> None:
     assert "closed curves are those met by 12 followed curves" in s["shown"]
 
 
+@pytest.mark.slow
 def test_the_model_is_named() -> None:
     """Machines in SI units keep the inertia of their bodies, where two states are left with it; else a warning says it."""
     real = wucht.run(wucht.PhasePortrait(together=True, trajectories=0), wucht.load_machine("drozdetskaya-2020/r1-u1"))

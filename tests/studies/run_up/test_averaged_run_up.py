@@ -92,6 +92,7 @@ def test_the_energy_of_the_slow_motion_balances(case: str) -> None:
 # Where it ends
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("turns", "sense"), [(0.5, 1), (20.0, -1)])
 def test_turns_end_exactly(turns: float, sense: int) -> None:
     result, _ = answer(drum(sense), turns=turns, start=START | {"drum": 1.0}, model="slow")

@@ -38,6 +38,7 @@ def differing_keys(results: list[xr.Dataset]) -> tuple[set[str], set[str]]:
     return {key for key in common if not is_alike(first[key], second[key])}, marked
 
 
+@pytest.mark.slow
 def test_what_is_not_marked_agrees_between_tolerances_and_what_does_not_is_marked() -> None:
     """At a border of basins: with delta = 2.61774 the pendulums compensate after a time that the last digits decide."""
     machine, start = wucht.load_machine("drozdetskaya-2020/figure-5.14"), {"psi": 2.0, "delta": 2.61774}

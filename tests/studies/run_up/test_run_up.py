@@ -198,6 +198,7 @@ def test_a_mirror_image_runs_the_mirrored_way(study: Study) -> None:
     )
 
 
+@pytest.mark.slow
 def test_the_implicit_integrator_gives_the_same(drum: Machine) -> None:
     keys = {"until": 0.3, "start": {"p1": 0.3, "p2": -0.5}, "tolerance": 1e-10}
     reference, result = _run(drum, **keys)[0], _run(drum, engine="radau", **keys)[0]

@@ -75,6 +75,7 @@ def test_the_way_down_is_that_of_a_coast_down(cycle: Any) -> None:
     assert summary["down_time"] == pytest.approx(0.1 / 0.02 * math.log(100), rel=0.01)
 
 
+@pytest.mark.slow
 def test_the_speed_at_the_largest_amplitude_is_the_mean_over_a_turn() -> None:
     """A light, heavily unbalanced rotor is slower and faster within a turn; against an integration of our own, with the turn,
     begun at an eighth of one, in whose middle the largest distance lies."""
@@ -115,6 +116,7 @@ def test_forces_and_travel_are_the_largest_of_both_phases(cycle: Any) -> None:
     assert steady == pytest.approx(abs(2e5 - 60 * speed**2 + 400j * speed) * radius, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_the_travel_of_mounts_off_the_centre() -> None:
     screen = load_machine("practice/screen")
     assert mount_places(screen) == {"mount 1": (-0.9, -0.2), "mount 2": (0.9, -0.2)}

@@ -48,6 +48,7 @@ def both(machine: Machine) -> xr.Dataset:
     return run(Sweep(along=OMEGA_1, range=(5.0, 12.0)), machine)
 
 
+@pytest.mark.slow
 def test_both_ways_are_stored(both: xr.Dataset) -> None:
     assert list(both.direction.values) == ["up", "down"] and both.attrs["finished"] == 1
     up, down = both.sel(direction="up"), both.sel(direction="down")

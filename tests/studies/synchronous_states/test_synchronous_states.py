@@ -254,6 +254,7 @@ def test_a_balanced_rotor() -> None:
     assert answer(machine(0.006, 0.005, rotor={"unbalance": 0.0}), full=False)["states"] == []
 
 
+@pytest.mark.slow
 def test_bodies_of_a_track_that_overlap_are_marked() -> None:
     summary = answer(load_machine("practice/grinder-4-balls"), full=False)
     family, *others = summary["states"]
@@ -295,6 +296,7 @@ def test_a_range_of_speeds() -> None:
     assert [s["speed"] for s in part["states"]] == pytest.approx(inside, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_self_synchronising_exciters() -> None:
     """001 section 2.3: in phase below, in opposition above the natural frequency; there both may be captured at resonance."""
     stiff = answer(load_machine("sperling-vibration/self-synchronisation-stiff"))
@@ -312,6 +314,7 @@ def test_self_synchronising_exciters() -> None:
 # --- stability ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("given", [None, 100.0])
 def test_the_slow_matrix_is_that_of_the_slow_equations(given: float | None) -> None:
     for m in (machine(0.006, 0.007, 0.008, drive=MOTOR), exciters(3)):
@@ -460,6 +463,7 @@ def test_all_torques_together_are_what_the_carrier_dissipates() -> None:
 # --- the map ---
 
 
+@pytest.mark.slow
 def test_the_map_is_that_of_the_states() -> None:
     """A cell says what the study says at its speed and with its rotor."""
     axes = {"speed": (20.0, 130.0, 11), "ratio": (0.2, 3.2, 5)}

@@ -59,6 +59,7 @@ def test_stopped_while_searching(count: int, tmp_path: Path) -> None:
     assert_same(run(question, m), run(question, m, folder=tmp_path, resume=True))
 
 
+@pytest.mark.slow
 def test_units_join_to_the_whole_map() -> None:
     """Each third row of three units is a row of a map that is one unit."""
     m = machine(0.004, 0.004, 0.004, drive=MOTOR)

@@ -139,6 +139,7 @@ def test_a_schedule_changes_the_breakdown() -> None:
     assert summary(m.at(0.5))["breakdown"]["torque"] == pytest.approx(whole["torque"])
 
 
+@pytest.mark.slow
 def test_a_series_motor_without_load_runs_away() -> None:
     """002 (2.105)."""
     bodies = [ROTOR | {"bearing_damping": 0.0}]
@@ -353,10 +354,10 @@ def test_a_torque_balance_without_vibration_or_points_can_be_drawn(speeds: tuple
 @pytest.mark.parametrize(
     ("drive", "words"),
     [
-        ({"kind": "constant-torque", "torque": 0.5}, "N·m; drive of constant torque there; "),
+        ({"kind": "constant-torque", "torque": 0.5}, "N·m; constant torque; "),
         (
             {"kind": "inverter", "set_speed": 50.0, "gain": 1.0, "integral_time": 1.0, "torque_limit": 100.0},
-            "N·m; held by the drive's controller; ",
+            "N·m; held by the controller; ",
         ),
     ],
 )

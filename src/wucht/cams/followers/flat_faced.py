@@ -22,7 +22,7 @@ from wucht.cams.sizing.size_limits import CamLimits, Size, SmallestCam
 from wucht.cams.sizing.smallest_cam import LEAST_DISTANCE, check_length
 from wucht.cams.undercut import NEAREST, CutAway, is_on_arcs, least_radius, plane_coordinates, signed_angle
 from wucht.errors import InputError, RunError
-from wucht.numerics.angles import GRID, STEP, arcs_below_zero, refine_minima, valleys
+from wucht.numerics.angles import GRID, STEP, Arc, arcs_below_zero, refine_minima, valleys
 from wucht.schema import SI, si
 
 _ROWS = 256  # cam angles at a time that are held against all faces
@@ -114,6 +114,12 @@ class FlatFacedCam(Cam):
         """Distance in m along +y from the rod's axis at which the face is touched: the face must be as long."""
         return np.asarray(-self._sense * self.law(phi, 1))
 
+    @property
+    def face(self) -> Arc:
+        """See ``Cam``: the face must be as long as the range of ds/dphi; R. L. Norton, Cam Design and Manufacturing Handbook,
+        2nd ed., Industrial Press 2009, chapter 7."""
+        return float(valleys(self.contact)[1].min()), -float(valleys(lambda phi: -self.contact(phi))[1].min())
+
     def grip(self, phi: np.ndarray) -> np.ndarray:
         """See ``Cam``."""
         return np.ones(len(phi))
@@ -175,6 +181,5 @@ def smallest_flat_faced_cam(
     k, lowest, highest = int(np.argmin(bends)), float(valleys(law)[1].min()), -float(valleys(lambda p: -law(p))[1].min())
     distance = max(least_radius - float(bends[k]), shaft_radius - lowest, LEAST_DISTANCE)
     cam = FlatFacedCam(law, FlatFaced(distance=distance), clockwise)
-    face = float(valleys(cam.contact)[1].min()), -float(valleys(lambda p: -cam.contact(p))[1].min())
     least = distance + float(bends[k])
-    return SmallestCam(cam.follower, distance + lowest, distance + highest, least, float(at[k]), face=face)
+    return SmallestCam(cam.follower, distance + lowest, distance + highest, least, float(at[k]), face=cam.face)

@@ -1,6 +1,4 @@
-"""The standard motion laws: the rise of a follower from rest to rest, and the motion over a turn of the cam, with its dwells.
-
-A rise is normalised to 1 over an arc of 1.
+"""The standard motion laws: the rise of a follower from rest to rest, normalised to 1 over an arc of 1.
 
 The polynomials and the laws of sine, constant and cosine acceleration: R. L. Norton, "Cam Design and Manufacturing Handbook",
 2nd ed., Industrial Press 2009, chapters 3 and 4; H. A. Rothbart (ed.), "Cam Design Handbook", McGraw-Hill 2004, chapter 3.
@@ -11,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -22,10 +19,8 @@ from wucht.schema import LARGEST
 
 Points = Sequence[tuple[float, float]] | np.ndarray
 _Phase = tuple[float, float, float, float, float]  # of the acceleration: length, constant, cosine, sine, angular frequency
-_ROUNDING = 1e-12  # of the arc: nearer to a knot is at the knot
-Arc = tuple[float, float]
-_TURN = 2 * math.pi
-_SHORTEST = 1e-6  # rad
+ROUNDING = 1e-12  # of the arc: nearer to a knot is at the knot
+_LEAST_JUMP = 1e-6  # of the largest derivative: a smaller jump within a law is the rounding of its pieces
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +48,7 @@ class StandardLaw:
     def __call__(self, x: np.ndarray | float, order: int = 0, side: Literal["left", "right"] = "right") -> np.ndarray:
         """The derivative of an order by x, at x of any shape; where it jumps, that on one side (at 0 and 1: inside)."""
         at = np.asarray(x, float)
-        inner = self.knots[1:-1] + (_ROUNDING if side == "left" else -_ROUNDING)
+        inner = self.knots[1:-1] + (ROUNDING if side == "left" else -ROUNDING)
         i = np.searchsorted(inner, at, side=side)
         u, c = at - self.knots[i], _derivative(self.polynomials, order)
         value = np.zeros(at.shape)
@@ -95,6 +90,12 @@ class StandardLaw:
             # Complex roots are kept: a double one may come out as a pair, and a further candidate does no harm.
             zeros = np.clip(np.roots(_derivative(self.polynomials, order + 1)[i, ::-1]).real, 0.0, length)
         return np.array([0.0, *zeros, length])
+
+    def inner_jumps(self, order: int) -> np.ndarray:
+        """Return the places x (n,) within the arc at which the derivative of an order jumps."""
+        inner = self.knots[1:-1]
+        jumps = np.abs(self(inner, order) - self(inner, order, side="left"))
+        return np.asarray(inner[jumps > _LEAST_JUMP * self.largest(order)])
 
     @property
     def Cv(self) -> float:
@@ -158,7 +159,7 @@ def sine_constant_cosine(b: float, c: float, d: float) -> StandardLaw:
 
     The shares of the arc: b/2 for the rise, c/2 for the constant, d for the cosine; b + c + d = 1. Norton's SCCA family
     (chapter 3), with his factor Ca: (b, c, d) = (1/4, 1/2, 1/4) is the modified trapezoid, (1/4, 0, 3/4) the modified sine,
-    (1/2, 0, 1/2) the inclined sine, (0, 0, 1) the simple harmonic motion.
+    (1/2, 0, 1/2) the inclined sine, (0, 0, 1) the simple harmonic motion, (0, 1, 0) the parabolic one.
     """
     pi = math.pi
     Ca = 4 * pi**2 / ((pi**2 - 8) * (b**2 - d**2) - 2 * pi * (pi - 2) * b + pi**2)
@@ -178,6 +179,7 @@ STANDARD_LAWS = {
     "modified-sine": sine_constant_cosine(1 / 4, 0, 3 / 4),
     "modified-trapezoid": sine_constant_cosine(1 / 4, 1 / 2, 1 / 4),
     "harmonic": sine_constant_cosine(0, 0, 1),
+    "parabolic": sine_constant_cosine(0, 1, 0),
 }
 SPLINES = {"cubic-spline": 3, "quintic-spline": 5}  # degree
 
@@ -189,7 +191,7 @@ def standard_law(kind: str, points: Points = ()) -> StandardLaw:
     ----------
     kind : str
         ``"3-4-5"``, ``"4-5-6-7"``, ``"inclined-sine"``, ``"modified-sine"``, ``"modified-trapezoid"``, ``"harmonic"``,
-        ``"cubic-spline"`` or ``"quintic-spline"``.
+        ``"parabolic"``, ``"cubic-spline"`` or ``"quintic-spline"``.
     points : sequence of (float, float) or numpy.ndarray, (m, 2), optional
         Of a spline: share of the arc, share of the stroke.
 
@@ -247,106 +249,6 @@ def _with_ends(points: Points) -> tuple[np.ndarray, np.ndarray]:
     if not (np.diff(all_points[:, 0]) > 0).all():
         raise InputError("law.points", shares.tolist(), "the shares of the arc must increase, from 0 to 1")
     return all_points[:, 0], all_points[:, 1]
-
-
-@dataclass(frozen=True, eq=False)
-class RiseAndReturn:
-    """Motion up to a stroke over an arc of the cam angle, and back over another; between them it rests.
-
-    Parameters
-    ----------
-    law : StandardLaw
-        Of the rise; it returns by the same law run backwards, psi = stroke s(1 - x).
-    stroke : float
-        In the unit of the motion, rad or m; negative for a motion downwards.
-    rise : (float, float)
-        Begin and end in rad, in the sense of the cam angle. An end below its begin is one turn later: (5.8, 0.5) passes through
-        2 pi.
-    back : (float, float), optional
-        Likewise. Where it is not given it is the mirror image of the rise about pi (and so about 0), and psi(-phi) = psi(phi).
-
-    Raises
-    ------
-    InputError
-        (law.stroke, law.rise, law.return) No stroke, an arc that is none, or a turn or longer, arcs that overlap. They may
-        touch.
-    """
-
-    law: StandardLaw
-    stroke: float
-    rise: Arc
-    back: Arc | None = None
-
-    def __post_init__(self) -> None:
-        if not math.isfinite(self.stroke) or self.stroke == 0:
-            raise InputError("law.stroke", self.stroke, "must be a finite number other than 0")
-        _check_arc("law.rise", self.rise)
-        if self.back is not None:
-            _check_arc("law.return", self.back)
-        top, returns, bottom = self._borders
-        if top <= returns < bottom:
-            return
-        if self.back is None:
-            requirement = (
-                f"its mirror image about 180 deg, {_format_arc(self._back)}, would overlap it: give law.return, or another rise"
-            )
-            raise InputError("law.rise", _format_arc(self.rise), requirement)
-        raise InputError("law.return", _format_arc(self.back), f"must not overlap the rise, {_format_arc(self.rise)}")
-
-    @property
-    def _back(self) -> Arc:
-        return (_TURN - self.rise[1], _TURN - self.rise[0]) if self.back is None else self.back
-
-    @cached_property
-    def _borders(self) -> tuple[float, float, float]:
-        """Angles from the begin of the rise to the top, to the begin of the return, and to the bottom."""
-        begin = self.rise[0]
-        top, returns, bottom = (float(_angle_after(begin, angle)) for angle in (self.rise[1], *self._back))
-        return top, top if abs(returns - top) < _ROUNDING else returns, bottom if bottom > _ROUNDING else _TURN
-
-    def __call__(self, phi: np.ndarray | float, order: int = 0) -> np.ndarray:
-        """The derivative by phi of an order from 0 to 3, at angles of any shape; where it jumps, of what begins there."""
-        t, (top, returns, bottom) = _angle_after(self.rise[0], phi), self._borders
-        piece = np.searchsorted(np.array(self._borders) - _ROUNDING, t, side="right")
-        up = self.law(np.clip(t / top, 0, 1), order) / top**order
-        length = bottom - returns
-        down = self.law(np.clip((bottom - t) / length, 0, 1), order, side="left") / (-length) ** order
-        resting = float(order == 0)
-        return np.asarray(self.stroke * np.choose(piece, [up, resting, down, 0.0]))
-
-    def largest(self, order: int) -> float:
-        """The largest magnitude of the derivative by phi of an order from 1 to 3, exactly."""
-        return abs(self.stroke) * self.law.largest(order) / self._shorter_arc**order
-
-    @property
-    def jump(self) -> float:
-        """Largest jump of the acceleration, where the rise or the return begins or ends."""
-        ends = np.abs(self.law(np.array([0.0, 1.0]), 2)).max()
-        return float(abs(self.stroke) * ends / self._shorter_arc**2) if ends > _ROUNDING * self.law.Ca else 0.0
-
-    @property
-    def _shorter_arc(self) -> float:
-        """Length of the shorter of rise and return, in rad."""
-        top, returns, bottom = self._borders
-        return min(top, bottom - returns)
-
-
-def _angle_after(begin: float, angle: np.ndarray | float) -> np.ndarray:
-    """Return the angle from one angle on to another, in [0, 2 pi); 0 also where it lies before it by no more than rounding."""
-    t = np.mod(np.asarray(angle, float) - begin, _TURN)
-    return np.asarray(np.where(t > _TURN - _ROUNDING, 0.0, t))
-
-
-def _check_arc(key: str, arc: Arc) -> None:
-    begin, end = arc
-    if not abs(end - begin) > _SHORTEST:  # nor where they are no numbers
-        raise InputError(key, _format_arc(arc), "must be two different angles, begin and end")
-    if abs(end - begin) > _TURN - _SHORTEST:
-        raise InputError(key, _format_arc(arc), "must be shorter than a turn of the cam")
-
-
-def _format_arc(arc: Arc) -> str:
-    return f"{math.degrees(arc[0]):.6g} ... {math.degrees(arc[1]):.6g} deg"
 
 
 provide_earlier_names(__name__)

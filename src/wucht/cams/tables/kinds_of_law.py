@@ -1,47 +1,28 @@
-"""The table [law] of standard laws, which rise, rest and return, and of a motion by points."""
+"""The table [law] of standard laws, which rise, rest and return, and of a motion by points; the entry point of all laws but
+harmonic ones, those in segments too."""
 
 from __future__ import annotations
 
 import re
-from abc import abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
-from wucht.cams.laws.standard_laws import RiseAndReturn, StandardLaw, standard_law
+from wucht.cams.laws.standard_laws import StandardLaw, standard_law
 from wucht.cams.laws.table_law import TableLaw
-from wucht.cams.tables.motion_law import UNITS, LawTable, MotionLaw, Position, RiseMotionLaw, read_output
+from wucht.cams.tables.motion_law import UNITS, LawTable, MotionLaw
+from wucht.cams.tables.rise_table import RiseTable
+from wucht.cams.tables.segments_law import SegmentsTable
 from wucht.errors import InputError
 from wucht.files.tables import read_table
-from wucht.schema import SI, Composite, Unit, composite, si
+from wucht.schema import Composite, Unit, composite
+
+__all__ = ["STANDARD", "PointsTable", "RiseTable", "SegmentsTable", "StandardTable"]
 
 _CAM_ANGLE = Unit("rad", "cam angle")
-
-
-class RiseTable(LawTable):
-    """A law that rises by a stroke, rests, and returns."""
-
-    stroke: Position = Field(title="stroke", description="stroke of the output between its two rests")
-    rise: SI[tuple[float, float]] = si("rad", "arc of the cam angle", help="arc on which the output rises, [begin, end]")
-    back: SI[tuple[float, float] | None] = si("rad", "arc of the cam angle", default=None, alias="return", help=(
-        "arc of the cam angle on which the output returns, `[begin, end]`"
-    ))  # fmt: skip
-
-    @abstractmethod
-    def rise_law(self) -> StandardLaw:
-        """Return the law of the rise, from 0 to 1 over an arc of 1. Raises ``InputError``."""
-
-    def output_values(self) -> Iterator[tuple[str, float | str]]:
-        """See ``LawTable``."""
-        yield "law.stroke", self.stroke
-
-    def make_motion_law(self, unit: str) -> RiseMotionLaw:
-        """See ``LawTable``."""
-        stroke = read_output(unit, self.stroke, "law.stroke")
-        return RiseMotionLaw(RiseAndReturn(self.rise_law(), stroke, self.rise, self.back), unit)
 
 
 class StandardTable(RiseTable):
@@ -118,6 +99,7 @@ STANDARD: list[type[LawTable]] = [  # in a file "harmonic" is the series; the si
     _standard_table("modified-sine", "modified-sine", "a sine with faster ends, whose largest velocity is small"),
     _standard_table("modified-trapezoid", "modified-trapezoid", "a trapezoid of acceleration with rounded corners"),
     _standard_table("simple-harmonic", "harmonic", "half a cosine, whose acceleration jumps at both ends"),
+    _standard_table("parabolic", "parabolic", "constant acceleration, which jumps at both ends and in the middle"),
     _standard_table("cubic-spline", "cubic-spline", "a spline through points"),
     _standard_table("quintic-spline", "quintic-spline", "a smoother spline through points"),
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping
@@ -13,13 +14,14 @@ import numpy as np
 from pydantic import BeforeValidator
 
 from wucht.cams.laws import Law
-from wucht.cams.laws.standard_laws import RiseAndReturn
+from wucht.cams.laws.cam_segments import RiseAndReturn, SegmentedMotion
 from wucht.cams.laws.synthesis import Band, Restriction, band_extremes
 from wucht.errors import InputError
 from wucht.numerics.angles import valleys
 from wucht.numerics.fourier_series import FourierSeries, even_angles
 from wucht.schema import TableModel, Unit, article, read_quantity
 
+GROUP = "wucht.cams"  # of entry points: modules with kinds of laws, followers and linkages
 UNITS = {"rad": Unit("rad", "angle of the output"), "m": Unit("m", "displacement of the output")}
 _BY_ANGLE = re.compile(r"\s*/\s*rad(?:\s*\^\s*([23]))?\s*$")  # a derivative by the cam angle: mm/rad^2
 _COMPOUND_UNIT = re.compile(r"[^\W\d_]\s*[*/^\s]\s*[^\W_]")  # units: an angle has none, so that deg/rad^3 would be one too
@@ -110,6 +112,11 @@ class MotionLaw:
         return 0.0
 
     @property
+    def jump_places(self) -> str:
+        """Where the acceleration jumps, in words."""
+        return "where the rise and the return begin or end"
+
+    @property
     def rise(self) -> np.ndarray | None:
         """The largest velocity, acceleration and jerk (3,) of a rise of 1 over an arc of 1: Cv, Ca, Cj; None of other laws."""
         return None
@@ -156,6 +163,28 @@ class SeriesMotionLaw(MotionLaw):
 
 
 @dataclass(frozen=True, eq=False)
+class SegmentedMotionLaw(MotionLaw):
+    """A motion in segments, each with a law of its own."""
+
+    function: SegmentedMotion
+
+    @property
+    def jump(self) -> float:
+        """See ``MotionLaw``."""
+        return max(self.function.jumps(2).values(), default=0.0)
+
+    @property
+    def jump_places(self) -> str:
+        """See ``MotionLaw``."""
+        angles = sorted(math.degrees(angle) % 360 for angle in self.function.jumps(2))
+        return f"at {', '.join(f'{angle:.4g}°' for angle in angles)}"
+
+    def peak(self, order: int) -> float:
+        """See ``MotionLaw``: exactly."""
+        return self.function.largest(order)
+
+
+@dataclass(frozen=True, eq=False)
 class RiseMotionLaw(MotionLaw):
     """A motion that rises, rests and returns."""
 
@@ -165,6 +194,11 @@ class RiseMotionLaw(MotionLaw):
     def jump(self) -> float:
         """See ``MotionLaw``."""
         return self.function.jump
+
+    @property
+    def jump_places(self) -> str:
+        """See ``MotionLaw``."""
+        return f"{super().jump_places}{', and within them' if len(self.function.law.inner_jumps(2)) else ''}"
 
     @property
     def rise(self) -> np.ndarray:

@@ -18,6 +18,7 @@ _NEWTON = 12
 _AT_THE_FOOT = 1e-12  # rad: the distance changes by the square of it
 _TURN = 2 * math.pi
 _FEWEST, _MOST = 8, 65536
+_COARSE = 1024  # pieces of a spline, before those that need it are halved
 _BETWEEN = 16
 _SAMPLES = 2048
 _SHARE = 0.99  # of the tolerance is used: the error is only evaluated between 16 parts of each piece
@@ -112,9 +113,13 @@ class PlaneSpline:
 
 def spline_through(curve: CamCurve, count: int) -> PlaneSpline:
     """Return the periodic cubic spline through so many even points of the curve in phi: its curvature is continuous."""
+    return _spline_at(curve, np.append(even_angles(count), _TURN))
+
+
+def _spline_at(curve: CamCurve, phi: np.ndarray) -> PlaneSpline:
+    """Return the periodic cubic spline through the curve at parameters (N,) from 0 to 2 pi."""
     from scipy.interpolate import CubicSpline, make_interp_spline
 
-    phi = np.append(even_angles(count), _TURN)
     at = require_finite("curve", curve(phi))
     at[-1] = at[0]
     values = np.column_stack([at.real, at.imag])
@@ -143,4 +148,18 @@ def fitted_spline(curve: CamCurve, tolerance: float) -> PlaneSpline:
             return spline
         # The error falls with the fourth power of the spacing, once the spacing is fine.
         count = max(count + 1, math.ceil(count * min(excess**0.25, 1.5)))
+    return _graded_spline(curve, tolerance)
+
+
+def _graded_spline(curve: CamCurve, tolerance: float) -> PlaneSpline:
+    """Return the spline whose pieces are halved until they keep the tolerance, as where a flat face's contour bends anew: there
+    c' jumps, and the error falls with the spacing alone. Raises ``InputError``."""
+    phi, shares = np.append(even_angles(_COARSE), _TURN), np.arange(1, _BETWEEN) / _BETWEEN
+    while len(phi) <= _MOST:
+        spline, middles = _spline_at(curve, phi), (phi[:-1] + phi[1:]) / 2
+        between = phi[:-1, None] + np.diff(phi)[:, None] * shares
+        off = np.abs(spline(between) - curve(between)).max(axis=1)
+        if off.max() <= _SHARE * tolerance:
+            return spline
+        phi = np.sort(np.append(phi, middles[off > _SHARE * tolerance]))
     raise InputError("tolerance", tolerance, f"a spline of {_MOST} pieces does not keep it (in m): choose a wider one")

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from wucht.analysis.configurations.configuration import Configuration
+from wucht.analysis.foundation_forces import SupportDirection
 from wucht.analysis.vibration import ForcedVibration
 from wucht.dynamics.run_ups.initial_state import angles_in, initial_state, speeds_in, start_gives
 from wucht.dynamics.verdicts.observation import AxisMotion, Observation, advance_balance, rows_of
@@ -216,6 +217,7 @@ class Record:
     reversals: when the rotor turns back. observer: averages over turns; averages: how many there were. halving: time and speed
     (2, k) of those around the moment at which the speed has fallen to half of that at the start, or of the last ones; samples
     around it before the first turn. end: the last sample, from which the run continues. observation: until there.
+    foundation_forces: the largest until there, beyond those at rest.
     """
 
     start_speed: float
@@ -230,6 +232,7 @@ class Record:
     halving: np.ndarray = field(default_factory=lambda: np.empty((2, 0)))
     balance: EnergyBalance = field(default_factory=EnergyBalance)
     observation: Observation | None = None
+    foundation_forces: Mapping[SupportDirection, float] = field(default_factory=dict)
 
     @property
     def half_time(self) -> float | None:

@@ -6,10 +6,11 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
+from wucht.analysis.foundation_forces import FoundationForces, SupportDirection
 from wucht.dynamics.run_ups.bearing_loads import Duties, DutyObserver
 from wucht.dynamics.run_ups.machine_signals import MachineSignal
 from wucht.dynamics.run_ups.observed_integration import Leg, ObservedIntegration
@@ -28,6 +29,7 @@ from wucht.numerics.flow.trajectory import Trajectory
 _PER_TURN = 48
 _COURSE, _IN_A_PART = 200, 8  # intervals of time with their least and greatest value, and turning points in one
 _SAMPLES_A_LEG = 100  # samples of a leg, for the course alone
+KeyT = TypeVar("KeyT")
 
 
 def mount_places(machine: Machine) -> dict[str, tuple[float, float]]:
@@ -40,7 +42,7 @@ def mount_places(machine: Machine) -> dict[str, tuple[float, float]]:
     carrier, values = machine.parts[0], machine.values
     if not isinstance(carrier, PlanarCarrier) or not carrier.mounts:
         return {"carrier": (0.0, 0.0)}
-    keys = [f"carrier.mounts.{i}.at" for i in range(1, len(carrier.mounts) + 1)]
+    keys = [f"carrier.mounts.{i}.at" for i in range(1, len(carrier.single_mounts) + 1)]
     return {f"mount {i}": (values[f"{key}.x"], values[f"{key}.y"]) for i, key in enumerate(keys, 1)}
 
 
@@ -49,7 +51,8 @@ class LoadObservation:
     """An observation of a motion, for the verdict, and of its loads so far.
 
     points: turning points of the signal, since they were last taken. duties: of the machine's rated bearings. bearing_forces:
-    the largest, by rotor. travels: by mount, the largest distance from its position at rest.
+    the largest, by rotor. travels: by mount, the largest distance from its position at rest. foundation_forces: the largest
+    beyond those at rest.
     """
 
     observation: Observation
@@ -57,6 +60,7 @@ class LoadObservation:
     duties: Duties = field(default_factory=dict)
     bearing_forces: Mapping[str, float] = field(default_factory=dict)
     travels: Mapping[str, float] = field(default_factory=dict)
+    foundation_forces: Mapping[SupportDirection, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -96,6 +100,10 @@ class LoadObserver:
         return Evaluator.of(system, [system.output(n).expression for n in outputs.values()], list(outputs))
 
     @cached_property
+    def _foundation(self) -> FoundationForces | None:
+        return FoundationForces.of(self.machine)
+
+    @cached_property
     def _places(self) -> dict[str, tuple[float, float]]:
         return mount_places(self.machine)
 
@@ -107,13 +115,19 @@ class LoadObserver:
     def update(self, previous: LoadObservation, motion: Trajectory) -> LoadObservation:
         """Return the observation after a further part of the machine's motion."""
         points, duties, forces, travels = previous.points, previous.duties, previous.bearing_forces, previous.travels
+        foundation = previous.foundation_forces
         if self.signal is not None:
             points = points.update(self.begin_time + motion.time, self.signal(motion), interpolate=True)
         if self.duty_observer is not None:
             duties = self.duty_observer.update(duties, motion)
         if self.with_largest:
-            forces, travels = _larger(forces, self._largest_forces(motion)), _larger(travels, self._largest_travels(motion))
-        return LoadObservation(self.motion_observer.update(previous.observation, motion), points, duties, forces, travels)
+            forces, travels = (
+                joint_maxima(forces, self._largest_forces(motion)),
+                joint_maxima(travels, self._largest_travels(motion)),
+            )
+            foundation = joint_maxima(foundation, largest_forces(self._foundation, motion))
+        observation = self.motion_observer.update(previous.observation, motion)
+        return LoadObservation(observation, points, duties, forces, travels, foundation)
 
     def _largest_forces(self, motion: Trajectory) -> dict[str, float]:
         ways = [d for d in "xy" if d in self.machine.labels]
@@ -134,7 +148,13 @@ class LoadObserver:
         }  # fmt: skip
 
 
-def _larger(first: Mapping[str, float], second: Mapping[str, float]) -> dict[str, float]:
+def largest_forces(forces: FoundationForces | None, motion: Trajectory) -> dict[SupportDirection, float]:
+    """Return the largest force on the foundation of each support and direction in a motion, beyond that at rest."""
+    return {} if forces is None else {key: largest_magnitude(motion.time, [f]) for key, f in forces(motion).items()}
+
+
+def joint_maxima(first: Mapping[KeyT, float], second: Mapping[KeyT, float]) -> dict[KeyT, float]:
+    """Return the larger values of two mappings, of the keys of the second one."""
     return {name: max(first.get(name, 0.0), value) for name, value in second.items()}
 
 

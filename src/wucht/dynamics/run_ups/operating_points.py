@@ -13,8 +13,10 @@ from wucht.analysis.configurations.averaged_stability import AveragedStability
 from wucht.analysis.configurations.configuration import FULL_UNDECIDED, Configuration, ConfigurationDescriber
 from wucht.analysis.configurations.search import StateSearch, all_states
 from wucht.analysis.configurations.steady_branches import labels_of
+from wucht.analysis.foundation_forces import SteadyFoundation
 from wucht.analysis.throw import Throw, steady_throw
 from wucht.analysis.time_constants import highest_speed
+from wucht.analysis.vibration import ForcedVibration
 from wucht.analysis.working_points import TorqueCurves, WorkingPoint
 from wucht.dynamics.run_ups.steady_phases import SteadyPhases, configuration_labels
 from wucht.errors import InputError
@@ -112,13 +114,15 @@ class OperatingPoints:
 
 @dataclass(frozen=True)
 class Operation:
-    """The vibration at a stable operating point. label: of the configuration, empty for held bodies."""
+    """The vibration at a stable operating point. label: of the configuration, empty for held bodies. foundation: the forces on
+    it, None without supports."""
 
     speed: float
     amplitude: float
     label: str
     throw: Throw | None
     state: SteadyState
+    foundation: SteadyFoundation | None = None
 
 
 def vibration_in_operation(steady: SteadyPhases, watch: Callable[[], None] | None = None) -> tuple[Operation, ...]:
@@ -133,13 +137,34 @@ def vibration_in_operation(steady: SteadyPhases, watch: Callable[[], None] | Non
     states = operating.states(machine)
     if steady.torques is not None:
         rows = zip(operating.points, operating.configurations, operating.labels, states, operating.possible, strict=True)
-        return tuple(Operation(p.speed, c.amplitude, n, c.throw, s) for p, c, n, s, possible in rows if possible)
+        return tuple(
+            Operation(p.speed, c.amplitude, n, c.throw, s, SteadyFoundation.of(machine, _vibration_in(machine, c), p.speed))
+            for p, c, n, s, possible in rows
+            if possible
+        )
     at = steady.forced_vibration
     return tuple(
-        Operation(p.speed, float(at.amplitude(np.array([abs(p.speed)]))[0][0]), "", steady_throw(machine, at, p.speed), s)
+        Operation(
+            p.speed, float(at.amplitude(np.array([abs(p.speed)]))[0][0]), "", steady_throw(machine, at, p.speed), s,
+            SteadyFoundation.of(machine, at, p.speed),
+        )
         for p, s in zip(operating.points, states, strict=True)
         if p.stable
-    )
+    )  # fmt: skip
+
+
+def _vibration_in(machine: Machine, c: Configuration) -> ForcedVibration:
+    """The vibration with the bodies in a configuration."""
+    angles = {machine.rotor.name: 0.0}
+    for body in machine.outward:
+        if body is not machine.rotor:
+            head = (
+                sense_of(machine, body) * c.phases[body.name]
+                if body.about is None
+                else angles[body.about] + c.phases[body.name]
+            )
+            angles[body.name] = head
+    return ForcedVibration.of(machine, np.array([angles[b.name] for b in machine.bodies]))
 
 
 def speeds_in_sense(steady: SteadyPhases, rotor: RotatingBody, speeds: tuple[float, float]) -> tuple[float, float]:

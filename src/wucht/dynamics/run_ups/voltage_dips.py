@@ -62,7 +62,7 @@ def voltages_of_drives(machine: Machine, on: str | None) -> dict[str, float]:
             if path not in machine.parameters:
                 reason = f"the {drive.kind} drive on {body!r} has no supply voltage, and its torque states none"
                 requirement = (
-                    "must be a motor with a voltage (induction, dc-separate, dc-series, dc-shunt)"
+                    "must be a motor with a voltage (induction, dc, dc-separate, dc-series, dc-shunt)"
                     f"{'; study.on names one that has it' if on is None and len(drives) > 1 else ''}"
                 )
                 raise InputError(f"machine.{drive.path}", drive.kind, f"{requirement}: {reason}", code="no-voltage")

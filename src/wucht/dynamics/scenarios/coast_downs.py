@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from wucht.analysis.foundation_forces import FoundationForces
 from wucht.analysis.vibration import unbalances
 from wucht.analysis.working_points import energy_scale
 from wucht.dynamics.run_ups.coasting import (
@@ -26,6 +27,7 @@ from wucht.dynamics.run_ups.coasting import (
 )
 from wucht.dynamics.run_ups.horizon import RunSettings
 from wucht.dynamics.run_ups.initial_state import machine_in_state, start_gives
+from wucht.dynamics.run_ups.observed_loads import joint_maxima, largest_forces
 from wucht.dynamics.run_ups.operating_points import SteadyState, steady_state
 from wucht.dynamics.run_ups.operating_state import states_in_configurations
 from wucht.dynamics.run_ups.run_up import RunUpCase, verdict_at_end
@@ -94,6 +96,11 @@ class CoastDownCase:
     def start_speed(self) -> float:
         """The speed of the main rotor at the start."""
         return float(self.initial[self.machine.row(self.machine.rotor.coordinate.velocity)])
+
+    @cached_property
+    def foundation(self) -> FoundationForces | None:
+        """The forces on the foundation as functions of the motion."""
+        return FoundationForces.of(self.machine)
 
     @cached_property
     def turn(self) -> float:
@@ -249,4 +256,5 @@ def _reduce_and_observe(case: CoastDownCase, flow: CompiledSystem, before: Recor
     """Reduce a leg to its record, and observe it."""
     assert before.observation is not None
     leg = reduce_leg(case.machine, axis_at_rest(case.machine), flow, before, t)
-    return replace(leg, observation=case.observer.update(before.observation, t))
+    foundation_forces = joint_maxima(before.foundation_forces, largest_forces(case.foundation, t))
+    return replace(leg, observation=case.observer.update(before.observation, t), foundation_forces=foundation_forces)

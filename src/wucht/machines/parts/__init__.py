@@ -25,6 +25,7 @@ if TYPE_CHECKING:  # the names that ``__getattr__`` loads, for type checkers
     from wucht.machines.parts.constant_speed import ConstantSpeed as ConstantSpeed
     from wucht.machines.parts.constant_torque import ConstantTorque as ConstantTorque
     from wucht.machines.parts.coulomb_load import CoulombLoad as CoulombLoad
+    from wucht.machines.parts.dc import DC as DC
     from wucht.machines.parts.dc_separate import DCSeparate as DCSeparate
     from wucht.machines.parts.dc_series import DCSeries as DCSeries
     from wucht.machines.parts.dc_shunt import DCShunt as DCShunt
@@ -34,15 +35,18 @@ if TYPE_CHECKING:  # the names that ``__getattr__`` loads, for type checkers
     from wucht.machines.parts.inverter import Inverter as Inverter
     from wucht.machines.parts.linear_drive import LinearDrive as LinearDrive
     from wucht.machines.parts.material_layer import MaterialLayer as MaterialLayer
+    from wucht.machines.parts.mounts import EqualMounts as EqualMounts
+    from wucht.machines.parts.mounts import Mount as Mount
     from wucht.machines.parts.nameplate import DCNameplate as DCNameplate
     from wucht.machines.parts.nameplate import InductionNameplate as InductionNameplate
+    from wucht.machines.parts.oil import Oil as Oil
     from wucht.machines.parts.pendulum import Pendulum as Pendulum
-    from wucht.machines.parts.planar_carrier import Mount as Mount
     from wucht.machines.parts.planar_carrier import PlanarCarrier as PlanarCarrier
     from wucht.machines.parts.quadratic_load import QuadraticLoad as QuadraticLoad
     from wucht.machines.parts.release import Release as Release
     from wucht.machines.parts.rocking_carrier import RockingCarrier as RockingCarrier
     from wucht.machines.parts.roller import Roller as Roller
+    from wucht.machines.parts.rotor import CentrifugalForce as CentrifugalForce
     from wucht.machines.parts.rotor import Rotor as Rotor
     from wucht.machines.parts.slider import Slider as Slider
     from wucht.machines.parts.support import PrescribedMotion as PrescribedMotion

@@ -63,6 +63,14 @@ class Part(TableModel, ABC):
         self.check()
         return self
 
+    def derivation_notes(self) -> tuple[str, ...]:
+        """Return notes on the origin of its parameters, where they are derived from other data."""
+        return ()
+
+    def doubts(self) -> tuple[str, ...]:
+        """Warnings: what runs but is doubtful."""
+        return ()
+
     def number(self, expression: sp.Expr) -> float:
         """Return the value of an expression in the part's parameters."""
         values = {sp.Symbol(p.path, real=True): sp.Float(p.value) for p in self.parameters()}
@@ -119,10 +127,6 @@ class Body(Part):
     def largest_moment(self) -> sp.Expr:
         """Return the largest unbalance that it can have."""
         return self.moment()
-
-    def doubts(self) -> tuple[str, ...]:
-        """Warnings: what runs but is doubtful."""
-        return ()
 
     def couple(self) -> sp.Expr | None:
         """Return the couple unbalance, m e a of 001 (10), None where it has none."""
@@ -182,14 +186,6 @@ class ShaftPart(Part):
         w = sp.Symbol("speed", real=True)
         return self.number(self.body_torque(w).subs(w, speed))
 
-    def derivation_notes(self) -> tuple[str, ...]:
-        """Return notes on the origin of its parameters, where they are derived from other data."""
-        return ()
-
-    def doubts(self) -> tuple[str, ...]:
-        """Warnings: what runs but is doubtful."""
-        return ()
-
 
 class Drive(ShaftPart):
     """A drive of one body. Its stator rests on the foundation, or on the carrier, which then bears its reaction."""
@@ -211,6 +207,10 @@ class Drive(ShaftPart):
     def prescribed_speed(self) -> sp.Expr | None:
         """Return the speed it enforces on the motor's side of a transmission, or None if it applies a torque."""
         return None
+
+    def estimates(self) -> tuple[str, ...]:
+        """Return what is estimated because no one gave it, each with its range, as text."""
+        return ()
 
     def circuit_loss(self, speed: sp.Expr) -> sp.Expr | None:
         """Return the heat in its circuit at a speed, in W: the power from the supply less that of the torque at the speed.

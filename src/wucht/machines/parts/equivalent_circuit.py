@@ -124,10 +124,10 @@ class EquivalentCircuit:
 def fitted_circuit(plate: InductionNameplate, stator_resistance: float | None = None) -> EquivalentCircuit:
     """Return the circuit at rated voltage and frequency. stator_resistance: of a phase in ohm, where it was measured."""
     most = _loss_limited_resistance(plate)
-    if plate.starting_torque_ratio is None:
+    if plate.starting_ratio is None:
         r1 = stator_resistance if stator_resistance is not None else most if plate.other_losses is not None else 0.0
         return _with_resistance(plate, r1)
-    starting = plate.starting_torque_ratio * plate.torque
+    starting = plate.starting_ratio * plate.torque
 
     def missing(r1: float) -> float:
         return _with_resistance(plate, r1).torque(1.0) - starting
@@ -166,7 +166,7 @@ def _nearest_zero(function: Callable[[float], float], most: float) -> float:
 
 def _breakdown_impedance(plate: InductionNameplate, voltage: float) -> float:
     """Return R_1 + sqrt(R_1^2 + X^2) of the breakdown torque, at the voltage at the rotor's terminals."""
-    return 3 * voltage**2 / (2 * plate.synchronous * plate.breakdown_torque_ratio * plate.torque)
+    return 3 * voltage**2 / (2 * plate.synchronous * plate.breakdown_ratio * plate.torque)
 
 
 def _with_resistance(plate: InductionNameplate, r1: float) -> EquivalentCircuit:
@@ -238,7 +238,7 @@ def _with_deep_bars(plate: InductionNameplate, single: EquivalentCircuit) -> Equ
 
 def _targets(plate: InductionNameplate) -> tuple[float, float, float]:
     """Return rated, breakdown and starting torque in N m."""
-    return plate.torque, plate.breakdown_torque_ratio * plate.torque, (plate.starting_torque_ratio or 0.0) * plate.torque
+    return plate.torque, plate.breakdown_ratio * plate.torque, (plate.starting_ratio or 0.0) * plate.torque
 
 
 def _rotor_of(plate: InductionNameplate, c: EquivalentCircuit) -> EquivalentCircuit:
@@ -255,10 +255,10 @@ def _rotor_of(plate: InductionNameplate, c: EquivalentCircuit) -> EquivalentCirc
 def _errors(plate: InductionNameplate, c: EquivalentCircuit) -> dict[str, tuple[float, str]]:
     comparisons = {
         "torque at rated speed": (plate.torque, c.torque(plate.slip), "N m"),
-        "breakdown torque": (plate.breakdown_torque_ratio * plate.torque, c.breakdown()[1], "N m"),
+        "breakdown torque": (plate.breakdown_ratio * plate.torque, c.breakdown()[1], "N m"),
     }
-    if plate.starting_torque_ratio is not None:
-        comparisons["starting torque"] = plate.starting_torque_ratio * plate.torque, c.torque(1.0), "N m"
+    if plate.starting_ratio is not None:
+        comparisons["starting torque"] = plate.starting_ratio * plate.torque, c.torque(1.0), "N m"
     active = c.complex_power(plate.slip).real if plate.input_power is None else plate.input_power
     if plate.cosine is not None and not math.isinf(c.magnetising):
         comparisons["power factor"] = plate.cosine, active / math.hypot(active, c.complex_power(plate.slip).imag), ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any, Literal
 
 import sympy as sp
@@ -20,6 +21,8 @@ from wucht.machines.parts.equivalent_circuit import (
     largest_resistance,
 )
 from wucht.machines.parts.nameplate import InductionNameplate, read_nameplate, required_without
+from wucht.machines.parts.transmission import Transmission
+from wucht.machines.parts.typical_motors import INERTIA_SPREAD, estimate_text
 from wucht.schema import Composite, Unit, composite
 
 # The keys that follow from a nameplate, and those beside it: operating point, and a resistance that was measured.
@@ -82,10 +85,8 @@ class Induction(Drive):
     def _circuit_of_the_nameplate(cls, table: Any) -> Any:
         table, plate = read_nameplate(table, InductionNameplate, _CIRCUIT)
         if plate is not None:
-            return {
-                **_parameters(plate, fitted_circuit(plate, _parse_resistance(table.get("stator_resistance"), plate))),
-                **table,
-            }
+            circuit = fitted_circuit(plate, _parse_resistance(table.get("stator_resistance"), plate))
+            return {**_parameters(plate, circuit), **table} | _inertia_of_the_motor(table.get("transmission"), plate)
         if not isinstance(table, dict) or table.get("rated_frequency") is not None or "frequency" not in table:
             return table
         try:
@@ -176,9 +177,29 @@ class Induction(Drive):
         return EquivalentCircuit(voltage, synchronous, r1, r2, x1, x2, magnetising, standstill, share)
 
     def derivation_notes(self) -> tuple[str, ...]:
-        """Return the circuit that was fitted to the nameplate, and its deviations, as a note."""
+        """Return the circuit that was fitted to the nameplate, its deviations, and what was estimated, as notes."""
         plate = self.nameplate
-        return () if plate is None else (f"{self.path}: {fit_text(plate, self._rated_circuit())}",)
+        if plate is None:
+            return ()
+        circuit = self._rated_circuit()
+        notes = [f"{self.path}: {fit_text(plate, circuit)}"]
+        if estimates := self.estimates():
+            inertia = f"; its rotor, some {plate.typical.inertia:.2g} kg m^2, is part of the inertia of {self.on!r}"
+            notes.append(f"{self.path}: {', '.join(estimates)}: {plate.typical}{'' if self.transmission else inertia}")
+        elif plate.starting_ratio is None:
+            by_circuit = f"starting torque {circuit.torque(1.0):.3g} N m by the circuit, as starting_torque_ratio is not given"
+            notes.append(f"{self.path}: {by_circuit}; {plate.typical.starting * plate.torque:.3g} N m are {plate.typical}")
+        return tuple(notes)
+
+    def estimates(self) -> tuple[str, ...]:
+        """See ``Drive``."""
+        plate, transmission = self.nameplate, self.transmission
+        if plate is None:
+            return ()
+        inertia = plate.typical.inertia
+        is_typical = transmission is not None and transmission.inertia == inertia
+        of_rotor = (estimate_text("inertia on the motor's side", inertia, INERTIA_SPREAD, " kg m^2"),) if is_typical else ()
+        return (*plate.estimates(), *of_rotor)
 
     def doubts(self) -> tuple[str, ...]:
         """Return the nameplate values that the circuit misses by more than a tenth."""
@@ -203,6 +224,15 @@ def _parse_resistance(value: Any, plate: InductionNameplate) -> float | None:
         requirement = f"must be from 0 to {most:.4g} ohm: a larger one does not permit the breakdown torque"
         raise ValueError("stator_resistance", requirement)
     return resistance
+
+
+def _inertia_of_the_motor(transmission: Any, plate: InductionNameplate) -> dict[str, Any]:
+    """Return the transmission with the inertia of a typical motor, where there is one without inertia."""
+    if isinstance(transmission, Mapping) and transmission.get("inertia") is None:
+        return {"transmission": {**transmission, "inertia": plate.typical.inertia}}
+    if isinstance(transmission, Transmission) and "inertia" not in transmission.model_fields_set:
+        return {"transmission": transmission.model_copy(update={"inertia": plate.typical.inertia})}
+    return {}
 
 
 def _parameters(plate: InductionNameplate, c: EquivalentCircuit) -> dict[str, float | None]:

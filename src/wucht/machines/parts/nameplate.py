@@ -15,6 +15,7 @@ from typing import Any, Literal, TypeVar
 
 from pydantic import Field, ValidationError, model_validator
 
+from wucht.machines.parts.typical_motors import BREAKDOWN_SPREAD, STARTING_SPREAD, TypicalMotor, estimate_text
 from wucht.schema import SI, Parameter, TableModel, si
 
 LARGE = 0.1  # of a value: a larger misfit gives a warning
@@ -22,7 +23,7 @@ _MOST_SLIP = 0.3  # a larger one indicates a wrong speed, frequency or number of
 
 
 class Nameplate(TableModel):
-    """Data printed on a motor. It has no parameters itself: those that follow from it belong to the motor."""
+    """Data printed on a part. It has no parameters itself: those that follow from it belong to the part."""
 
     def parameters_at(self, path: str) -> tuple[Parameter, ...]:
         """Return no parameters."""
@@ -179,11 +180,46 @@ class InductionNameplate(Nameplate):
     poles: SI[float | None] = si(
         "", "number of poles", "2p", default=None, ge=2, help="number of poles, by default the one that fits the rated speed"
     )
-    breakdown_torque_ratio: SI[float] = si("", "breakdown torque over rated torque", "T_b/T_n", gt=1)
-    starting_torque_ratio: SI[float | None] = si("", "starting torque over rated torque", "T_s/T_n", default=None, gt=0)
+    breakdown_torque_ratio: SI[float | None] = si(
+        "",
+        "breakdown torque over rated torque",
+        "T_b/T_n",
+        default=None,
+        gt=1,
+        help="breakdown torque over rated torque, by default that of typical motors of its power and poles",
+    )
+    starting_torque_ratio: SI[float | None] = si("", "starting torque over rated torque", "T_s/T_n", default=None, gt=0, help=(
+        "starting torque over rated torque, by default typical if `breakdown_torque_ratio` is missing too, else by the circuit"
+    ))  # fmt: skip
     efficiency: SI[float | None] = si("", "efficiency at the rated point", "eta", default=None, gt=0, lt=1)
     power_factor: SI[float | None] = si("", "power factor at the rated point", "cos phi", default=None, gt=0, lt=1)
     current: SI[float | None] = si("A", "rated current of a line", "I_n", default=None, gt=0)
+
+    @property
+    def typical(self) -> TypicalMotor:
+        """A typical motor of its power and poles."""
+        return TypicalMotor.of(self.power, 2 * self.pole_pairs)
+
+    @property
+    def breakdown_ratio(self) -> float:
+        """The breakdown torque over the rated one, as given or typical, and no less than the starting torque."""
+        return self.breakdown_torque_ratio or max(self.typical.breakdown, self.starting_torque_ratio or 0.0)
+
+    @property
+    def starting_ratio(self) -> float | None:
+        """The starting torque over the rated one, as given or typical; None where it follows from a given breakdown torque."""
+        typical = self.typical.starting if self.breakdown_torque_ratio is None else None
+        return self.starting_torque_ratio or typical
+
+    def estimates(self) -> tuple[str, ...]:
+        """Return what the plate does not say and is estimated, each with its range, as text."""
+        if self.breakdown_torque_ratio is not None:
+            return ()
+        least = self.starting_torque_ratio or 0.0
+        breakdown = estimate_text("breakdown torque ratio", self.breakdown_ratio, BREAKDOWN_SPREAD, least=least)
+        if self.starting_torque_ratio is not None:
+            return (breakdown,)
+        return breakdown, estimate_text("starting torque ratio", self.typical.starting, STARTING_SPREAD)
 
     @property
     def pole_pairs(self) -> float:

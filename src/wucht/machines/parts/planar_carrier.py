@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Mapping
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 import sympy as sp
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
 from wucht.errors import FieldError
 from wucht.machines.parts.base import SI, Body, Frame, si
+from wucht.machines.parts.mounts import GRAVITY, EqualMounts, Mount
 from wucht.machines.parts.support import (
     NO_TUNING,
     Inertia,
@@ -28,19 +29,16 @@ from wucht.machines.parts.support import (
     tuning_text,
 )
 from wucht.mechanics.energies import Energies
-from wucht.schema import Composite, TableModel, composite
+from wucht.schema import Composite, composite
 
 
-class Mount(TableModel):
-    """A spring and damper at a place on the carrier, measured from its centre of mass."""
+def _form(mounts: Any) -> str:
+    return "EqualMounts" if isinstance(mounts, Mapping | EqualMounts) else "Mount"
 
-    at: SI[tuple[float, float]] = si("m", "place", "a", help="place on the carrier, measured from its centre of mass")
-    stiffness: SI[float | tuple[float, float] | None] = si("N/m", "stiffness", "c", default=None, help=(
-        "stiffness of the spring, one for x and y, or a pair; without it a share of the stiffness that `frequency` requires"
-    ))  # fmt: skip
-    damping: SI[float | tuple[float, float]] = si(
-        "N s/m", "damping", "b", default=(0.0, 0.0), help="viscous damping of the mount, one for x and y, or a pair"
-    )
+
+_Mounts = Annotated[  # the tags are the names of the tables, by which errors are located
+    Annotated[tuple[Mount, ...], Tag("Mount")] | Annotated[EqualMounts, Tag("EqualMounts")], Discriminator(_form)
+]
 
 
 class PlanarCarrier(Support):
@@ -85,11 +83,16 @@ class PlanarCarrier(Support):
         "rad/s", "natural frequency of the rotation with all bodies on it", default=None, ge=0
     )
     rotation_damping_ratio: SI[float | None] = si("", "damping ratio of the rotation with all bodies on it", default=None, ge=0)
-    mounts: Composite[tuple[Mount, ...]] = composite(
+    mounts: Composite[_Mounts] = composite(
         default=(),
         title="mounts",
-        description="springs and dampers at places on the carrier, tables: `[[machine.carrier.mounts]]`",
+        description="springs and dampers at places on the carrier, tables, or one table with a pattern",
     )
+
+    @property
+    def single_mounts(self) -> tuple[Mount, ...]:
+        """The mounts; as they would be with a mass of 1 kg, where they are known by a pattern."""
+        return self.mounts.mounts(1.0, GRAVITY) if isinstance(self.mounts, EqualMounts) else self.mounts
 
     def check(self) -> None:
         """Check for mounts, or stiffness and rotation_stiffness, none of them negative."""
@@ -103,12 +106,12 @@ class PlanarCarrier(Support):
         self._check_tuning()
         pairs = [("stiffness", self.stiffness), ("damping", self.damping)]
         pairs += [("frequency", self.frequency), ("damping_ratio", self.damping_ratio)]
-        pairs += [("mounts", v) for m in self.mounts for v in (m.stiffness, m.damping)]
+        pairs += [("mounts", v) for m in self.single_mounts for v in (m.stiffness, m.damping)]
         for key, value in pairs:
             if is_negative(value):
                 quantity = key.replace("_", " ") if key in ("frequency", "damping_ratio") else "stiffness or damping"
                 raise FieldError(key, f"must be a {quantity} of at least 0", code="limits")
-        if self.mounts and not np.any(self.frequency or 0.0) and not any(np.any(m.stiffness) for m in self.mounts):
+        if self.mounts and not np.any(self.frequency or 0.0) and not any(np.any(m.stiffness) for m in self.single_mounts):
             raise ValueError("mounts", "there must be at least one mount with stiffness")
 
     def _check_tuning(self) -> None:
@@ -116,7 +119,7 @@ class PlanarCarrier(Support):
         refuse_both(self, "stiffness", "frequency")
         refuse_both(self, "damping", "damping_ratio")
         refuse_rotation_both_ways(self)
-        has_stiffness = [m.stiffness is not None for m in self.mounts]
+        has_stiffness = [m.stiffness is not None for m in self.single_mounts]
         if self.frequency is not None and any(has_stiffness):
             raise FieldError(
                 "frequency",
@@ -128,7 +131,7 @@ class PlanarCarrier(Support):
         if self.frequency is None and not all(has_stiffness):
             missing = f"mounts[{has_stiffness.index(False)}] has no stiffness"
             raise ValueError("mounts", f"{missing}; give that of each mount, or the carrier's frequency")
-        if self.damping_ratio is not None and any("damping" in m.model_fields_set for m in self.mounts):
+        if self.damping_ratio is not None and any("damping" in m.model_fields_set for m in self.single_mounts):
             raise FieldError(
                 "damping_ratio",
                 "give either damping_ratio, which the mounts share, or the damping of each mount",
@@ -145,12 +148,17 @@ class PlanarCarrier(Support):
         if not self.mounts:
             return self.stiffness
         whole: Pair = 0.0
-        for mount in self.mounts:
+        for mount in self.single_mounts:
             whole = map_components(operator.add, whole, mount.stiffness or 0.0)
         return whole
 
     def tune_springs(self, inertia: Inertia) -> tuple[Self, str]:
         """See ``Support``."""
+        if isinstance(self.mounts, EqualMounts):
+            of_all = inertia("x"), abs(self.gravity) or GRAVITY
+            single, note = self.model_copy(update={"mounts": self.mounts.mounts(*of_all)}), self.mounts.note(*of_all)
+            carrier, further_note = single.tune_springs(inertia)
+            return carrier, "; ".join(filter(None, [note and f"carrier: {note}", further_note]))
         mass, notes, rotation = inertia("x"), list[str](), tuned_rotation(self, inertia)
         update: dict[str, Any] = rotation | NO_TUNING | {"frequency": None, "damping_ratio": None}
         if self.frequency is not None or self.damping_ratio is not None:
@@ -166,8 +174,8 @@ class PlanarCarrier(Support):
 
     def _shared_mounts(self, tuning: Mapping[str, Pair], whole: Pair) -> tuple[Mount, ...]:
         """Return the mounts with their shares of the total values. whole: the total stiffness."""
-        count, mounts = len(self.mounts), list[Mount]()
-        for mount in self.mounts:
+        count, mounts = len(self.single_mounts), list[Mount]()
+        for mount in self.single_mounts:
             stiffness = mount.stiffness if self.frequency is None else map_components(lambda c: c / count, whole)
             share = map_components(lambda c, of: c / of if of else 0.0, stiffness or 0.0, whole)
             update = {"stiffness": stiffness}
@@ -201,7 +209,7 @@ class PlanarCarrier(Support):
             c, b = (tuple(self.component(name, d) for d in "xy") for name in ("stiffness", "damping"))
             return [((sp.S.Zero, sp.S.Zero), c, b)]
         springs = []
-        for i, mount in enumerate(self.mounts, 1):
+        for i, mount in enumerate(self.single_mounts, 1):
             place = self.symbols(f"mounts.{i}.at.x", f"mounts.{i}.at.y")
             c, b = (self._component_symbols(f"mounts.{i}.{name}", getattr(mount, name)) for name in ("stiffness", "damping"))
             springs.append((place, c, b))

@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
-import sympy as sp
+from collections.abc import Mapping
+from typing import Any, Self
 
+import sympy as sp
+from pydantic import Field, model_validator
+
+from wucht.errors import FieldError
 from wucht.machines.parts.base import SI, Frame, si
+from wucht.machines.parts.oil import WIDEST, Oil
 from wucht.machines.parts.track import TrackBody
 from wucht.mechanics.energies import Energies
+from wucht.schema import Composite, composite
+
+_BALL = 0.4  # shape factor
 
 
 class Roller(TrackBody):
@@ -22,8 +31,32 @@ class Roller(TrackBody):
     radius: SI[float] = si("m", "radius", "r", gt=0, help="radius of the ball or roller")
     shape_factor: SI[float] = si("", "shape factor (2/5 ball, 1/2 cylinder, 1 tube)", "mu", default=0.4, ge=0, le=1)
     damping: SI[float] = si(
-        "N m s", "damping", "beta", default=0.0, ge=0, help="viscous damping to the body that it turns about"
+        "N m s", "damping", "beta", default=0.0, ge=0, help="viscous damping to the body that it turns about; or give `oil`"
     )
+    oil: Composite[Oil | None] = composite(default=None, description=(
+        "oil around a ball, from which its damping follows, { viscosity = \"0.5 Pa s\", gap = \"1 mm\" }"
+    ))  # fmt: skip
+    origin: str = Field(default="", exclude=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_damping_beside_oil(cls, table: Any) -> Any:
+        if isinstance(table, Mapping) and table.get("oil") is not None and table.get("damping") is not None:
+            raise FieldError("damping", "not allowed beside oil, from which it follows", code="either-or")
+        return table
+
+    @model_validator(mode="after")
+    def _damping_of_the_oil(self) -> Self:
+        if self.oil is None:
+            return self
+        arm, drag, fastest = self.centre_radius(), self.oil.drag(self.radius), self.oil.fastest(self.radius)
+        reynolds = 2 * self.oil.density * fastest * self.radius / self.oil.viscosity
+        oil = f"oil of {self.oil.viscosity:.4g} Pa s, gap {1e3 * self.oil.gap:.4g} mm"
+        limit = (
+            f"up to a slip of about {fastest / arm:.2g} rad/s (Reynolds number {reynolds:.2g}); faster balls are damped more"
+        )
+        origin = f"damping {drag * arm**2:.4g} N m s of each ball about {self.about!r}: {oil}; {limit}"
+        return self.model_copy(update={"damping": drag * arm**2, "oil": None, "origin": origin})
 
     def check(self) -> None:
         """Check that the roller fits into its track, and that its diameter is twice its radius."""
@@ -31,7 +64,17 @@ class Roller(TrackBody):
             raise ValueError("radius", f"must be less than the track radius of {self.track_radius:g} m")
         if self.diameter is not None and abs(self.diameter - 2 * self.radius) > 1e-9 * self.radius:
             raise ValueError("diameter", f"must be twice the radius, {2 * self.radius:g} m, which is the default")
+        if self.oil is not None and self.shape_factor != _BALL:
+            raise ValueError("oil", f"allowed for balls only, of shape_factor = {_BALL}; give the damping")
+        if self.oil is not None and self.oil.gap > WIDEST * self.radius:
+            raise ValueError(
+                "oil", f"must be oil in a gap of at most half the radius, {WIDEST * self.radius:.4g} m; or give the damping"
+            )
         self.check_track()
+
+    def derivation_notes(self) -> tuple[str, ...]:
+        """Return the origin of the damping, where it follows from that of oil."""
+        return (self.origin,) if self.origin else ()
 
     def centre_radius(self) -> float:
         """R - r."""

@@ -149,11 +149,12 @@ def map_components(function: Callable[..., float], *values: Pair) -> Pair:
 
 def tuning_text(values: Mapping[str, Pair | None], inertia: str) -> str:
     """Return the values that follow from frequency and damping ratio, by key, as text. inertia: used for them, as text."""
-    entries = (f"{key} {_format_pair(value)} {_UNITS[key]}" for key, value in values.items())
+    entries = (f"{key} {format_pair(value)} {_UNITS[key]}" for key, value in values.items())
     return f"{', '.join(entries)}, from frequency or damping ratio with {inertia}"
 
 
-def _format_pair(value: Pair | None) -> str:
+def format_pair(value: Pair | None) -> str:
+    """Return the value of both directions, or each, as text."""
     return " and ".join(f"{v:.6g}" for v in (value if isinstance(value, tuple) else (value or 0.0,)))
 
 

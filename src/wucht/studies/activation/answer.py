@@ -14,7 +14,6 @@ from wucht.analysis.switching import Switching, switchable, switching
 from wucht.dynamics.sampling.choice import Scores, nearest_cliff, sides_on_grid
 from wucht.machines.machine import Machine
 from wucht.machines.operation import natural_frequencies
-from wucht.results.formatting import number_text
 from wucht.studies.activation.activation_runs import (
     BALANCED_VARIANT,
     CURVE,
@@ -63,7 +62,7 @@ def state_activation(
             after = "" if of == RIGID else ", none opens"
             if group.get("peak_after") is not None:
                 after = ", {peak_after} from the opening on"
-            at = "at {activation_speed:.5g}, " if of != RIGID and len(switchings) > 1 else ""
+            at = "at {activation_speed}, " if of != RIGID and len(switchings) > 1 else ""
             outcomes = ", ".join(f"{n} {outcome}" for outcome, n in group["outcomes"].items())
             a.line(of, f"{at}{{orientation}} apart: {{peak_amplitude}} at most{after}; {outcomes}", at=f"{of}[{k}]")
     a.line("energy", "balance closed to {energy_residual:.1e} in all runs")
@@ -234,13 +233,13 @@ def _state_pendulums(a: Answer, machine: Machine, switchings: Switchings) -> Non
     alike: dict[str, list[str]] = {}
     for name, of_pendulum in zip(names, of_pendulums, strict=True):
         for s in of_pendulum:
-            opens, closes = (number_text(w, a.unit("speed"), "", machine.dimensionless) for w in (s.opening, s.closing))
+            opens, closes = (a.in_words(w, "speed") for w in (s.opening, s.closing))
             behaviour = f"opens at {opens}, closes at {closes}{'' if s.snaps else ': gradually in between'}"
             alike.setdefault(behaviour, []).append(name)
             if s.snaps and not s.stays_open:
-                slower = f"as its mass moves out the speed falls from {s.opening:.4g} to {s.open_speed:.4g} rad/s"
+                slower = f"as its mass moves out the speed falls to {a.in_words(s.open_speed, 'speed')}"
                 cure = "more frame inertia, less stiffness or a shorter stroke keep it open"
-                closing = f"and it closes below {s.closing:.4g} rad/s; {cure}"
+                closing = f"and it closes below {closes}; {cure}"
                 a.warn(f"{name!r} may open and close repeatedly: {slower}, {closing}")
     for behaviour, pendulums in alike.items():
         a.line(", ".join(pendulums), behaviour)

@@ -10,6 +10,7 @@ from wucht.plots.sheet import labelled_handles, legend_above, legend_below, new_
 from wucht.plots.stability_lines import draw_classes
 from wucht.plots.style import COLOURS, GREY, line_style
 from wucht.results.formatting import label, printed_unit, with_unit
+from wucht.results.report import answer_in_print
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,7 +28,7 @@ _LIMIT: dict[str, Any] = {"color": GREY, "linestyle": (0, (9, 2)), "linewidth": 
 def figure(result: xr.Dataset) -> Figure:
     """Draw the deviations over the rotor's angle, over the parameter, and over epsilon, from the Dataset alone."""
     has_values, has_errors = bool(np.isfinite(result.value.values).any()), result.wucht.summary["order_of_error"] is not None
-    fig, (speed, amplitude, *rest) = new_grid(2 + has_values + has_errors, result.attrs["title"], result.attrs["sentence"])
+    fig, (speed, amplitude, *rest) = new_grid(2 + has_values + has_errors, result.attrs["title"], answer_in_print(result))
     _draw_over_angle(speed, result, "speed_over_angle")
     _draw_over_angle(amplitude, result, "amplitude_over_angle")
     if has_values:

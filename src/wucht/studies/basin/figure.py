@@ -8,11 +8,12 @@ import numpy as np
 
 from wucht.plots.limit_set_curves import draw_limit_set
 from wucht.plots.scales import multiples_of_pi
-from wucht.plots.sheet import colour_bar, legend_beside, new_grid
+from wucht.plots.sheet import colour_bar, legend_beside, new_grid, write_counts
 from wucht.plots.stability_lines import draw_region, entry, field
 from wucht.plots.style import GREY
 from wucht.results.attributes import number_in, text_in
 from wucht.results.formatting import parameter_in_words, percent, printed_unit, with_unit
+from wucht.results.report import answer_in_print
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,10 +46,10 @@ def figure(result: xr.Dataset) -> Figure:
     """Draw the maps over both axes from the Dataset alone; the refined ones if the borders are refined."""
     prefix = "refined_" if "refined_outcome" in result else ""
     rows, columns = result[f"{prefix}outcome"].shape
-    below = f"{columns} x {rows} cells, {result.wucht.summary['runs']} runs"
     readings = [name for name in (f"{prefix}settling_time", f"{prefix}peak_amplitude") if name in result]
     maps = [name for name in readings if np.isfinite(result[name].values).any()]
-    fig, (outcomes, *axes) = new_grid(1 + len(maps), result.attrs["title"], below, heights=(3.2, 2.2), wide=1)
+    fig, (outcomes, *axes) = new_grid(1 + len(maps), result.attrs["title"], answer_in_print(result), heights=(3.2, 2.2), wide=1)
+    write_counts(fig, f"{columns} x {rows} cells, {result.wucht.summary['runs']} runs")
     handles = _outcomes(outcomes, result, prefix)
     if "attractor_states" in result:
         handles += _attractors(outcomes, result)

@@ -10,8 +10,11 @@ import numpy as np
 
 from wucht.cams.cam import Cam
 from wucht.cams.contact_history import ContactHistory, ContactLoad
+from wucht.cams.correction import MotionOverTime
 from wucht.cams.demands import format_millimetres
 from wucht.cams.drive_cams import DriveCams
+from wucht.cams.laws import Law
+from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.shape import (
     CAM_LABELS,
     Shape,
@@ -24,9 +27,9 @@ from wucht.cams.sizing.size_limits import CamLimits, SmallestCam
 from wucht.cams.undercut import RadiusAt
 from wucht.cams.workshop.points import PointList
 from wucht.errors import InputError, RunError
-from wucht.numerics.angles import Arc
+from wucht.numerics.angles import Arc, valleys
 from wucht.studies.answer import Answer
-from wucht.studies.cam_answers import angle_text, length_text, state_common_pressure_angle, state_rollers
+from wucht.studies.cam_answers import angle_text, demand_text, length_text, state_common_pressure_angle, state_rollers
 
 _LIMIT_TOLERANCE = 1e-6  # of a limit: a smallest cam lies at its limit up to rounding, which is no violation
 _MOST_ARCS = 3
@@ -67,8 +70,9 @@ def state_contact_curves(a: Answer, cams: Mapping[str, Cam], angles: np.ndarray,
         ("contact_pressure", "contact pressure", "Pa", {} if history is None else history.pressure),
     ):
         a.curve(name, np.array([of_cams.get(cam, nowhere) for cam in cams]), what, unit, "cam cam_angle")
-    torque = nowhere if history is None else history.torque
+    torque, power = (nowhere, nowhere) if history is None else (history.torque, history.power)
     a.curve("camshaft_torque", torque, "torque of the camshaft", "N m", "cam_angle")
+    a.curve("camshaft_power", power, "power of the camshaft", "W", "cam_angle")
 
 
 def state_arcs(a: Answer, shapes: Mapping[str, Shape], history: ContactHistory | None) -> None:
@@ -132,6 +136,8 @@ def state_cams(a: Answer, shapes: Mapping[str, Shape], points: Mapping[str, Poin
     a.number("undercut", is_cut_away, "true if the follower cuts off parts of the contour")
     a.number("base_radius", shapes["cam"].base.value, "radius of the base circle", "m", headline=True)
     a.number("largest_radius", shapes["cam"].blank.value, "largest radius of the contour", "m", headline=True)
+    if a.number("face_length", shapes["cam"].face_length, "least length of the face", "m"):
+        a.line("face", "at least {face_length} long, across the rod")
     with a.group("cams", "each cam"):
         for name, shape in shapes.items():
             with a.group(name, CAM_LABELS[name]):
@@ -171,6 +177,18 @@ def _radius_text(at: RadiusAt | None) -> str:
     return "none" if at is None else f"radius at least {length_text(at.radius)} at {angle_text(at.phi)}"
 
 
+def state_acceleration(a: Answer, law: Law, shaft: ShaftMotion | None, unit: str) -> None:
+    """State the largest acceleration of the output where a speed is stated."""
+    what, per = "largest acceleration of the output at this speed", f"{unit}/s^2"
+    if shaft is None:
+        a.number("peak_acceleration", None, what, per)
+        return
+    motion = MotionOverTime(law, shaft)
+    peak = -float(valleys(lambda tau: -np.abs(motion(tau, 2)))[1].min())
+    a.number("peak_acceleration", shaft.mean**2 * peak, what, per)
+    a.line("acceleration", f"of the output at most {{peak_acceleration}}, at {shaft.mean * 30 / math.pi:.4g} rpm")
+
+
 def state_contact(a: Answer, contact: ContactLoad | None, history: ContactHistory | None, effort_unit: str) -> None:
     """State the largest values of the contact. history: at angles that are dense enough for them."""
     what = "largest values of the contact"
@@ -187,6 +205,11 @@ def state_contact(a: Answer, contact: ContactLoad | None, history: ContactHistor
         a.number("max_pressure", pressures or None, "largest contact pressure of each cam", "Pa", parts=_AT)
         a.number("max_torque", torque, "largest torque of the camshaft", "N m", parts=_AT)
         lift_off = {name: [list(arc) for arc in arcs] for name, arcs in history.lift_off.items()}
+        # The mean over time is that over the angle of torque times mean speed: power dt = torque dphi.
+        positive = np.maximum(history.torque, 0.0)
+        means = (contact.mean_speed * float(over_turn.mean()) for over_turn in (history.torque, positive))
+        power = dict(zip(("peak", "mean", "mean_positive"), (float(history.power.max()), *means), strict=True))
+        a.number("power", power, "power of the camshaft", "W")
         a.number("lift_off", lift_off, "arcs without contact", "rad")
         a.number("least_preload", history.least_preload, "least preload that keeps contact", effort_unit)
     preload = f"at least {history.least_preload:.4g} {effort_unit} to"
@@ -198,6 +221,7 @@ def state_contact(a: Answer, contact: ContactLoad | None, history: ContactHistor
     if pressures:
         a.line("Hertz", _peaks_text(pressures, 1e6, "MPa"))
     a.line("camshaft", f"torque at most {torque['value']:.4g} N m at {angle_text(torque['at'])}")
+    a.line("", f"power {demand_text(power)}")
     purpose = "stay on the inner flank" if "outer" in forces else "keep contact over the whole turn"
     a.line("preload", f"{preload} {purpose}")
 

@@ -22,6 +22,7 @@ from wucht.cams.tables.contact_table import Contact
 from wucht.cams.workshop.points import SPACING, rounding_warning
 from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
+from wucht.numerics.fourier_series import FourierSeries
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
 from wucht.studies.cam_answers import CURVES, state_cam_curves, state_motion
@@ -196,6 +197,8 @@ class CamContour(Study):
         least = None if transmission is None else float(transmission.min())
         a.number("min_transmission_angle", least, "least transmission angle of the linkage", "rad")
         a.line("transmission", "angle of the linkage at least {min_transmission_angle}")
+        shaft = cams.shaft if self.speed is None else ShaftMotion(FourierSeries.of(self.speed))
+        answer.state_acceleration(a, cams.law, shaft, drive.motion_law.unit)
         answer.state_contact(a, contact, dense_history, "N m" if lever_unit == "rad" else "N")
         answer.state_smallest_cam(a, smallest)
         answer.state_tolerances(a, points, self.chord_tolerance, self.spacing, self.decimals)

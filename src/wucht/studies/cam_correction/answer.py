@@ -12,21 +12,27 @@ from wucht.cams.correction import Deviation, MotionOverTime, Purity, residual_of
 from wucht.cams.drive import CamDrive
 from wucht.cams.drive_cams import DriveCams
 from wucht.cams.dwells import dwells_of, position_error
+from wucht.cams.laws import Law
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.cams.shape import CAM_LABELS, Shape, largest_pressure_angle, least_convex_radius, pressure_angle_remarks
 from wucht.cams.undercut import RadiusAt
 from wucht.cams.workshop.heading import CAM_VERSIONS
+from wucht.errors import InputError
 from wucht.measurements.order_checks import OmittedOrder
 from wucht.measurements.shaft_signal import TURN
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.studies.answer import Answer
 from wucht.studies.cam_answers import (
     angle_text,
+    demand_text,
+    distance_text,
     length_text,
     pad_orders,
+    power_numbers,
     state_cam_curves,
     state_common_pressure_angle,
     state_rollers,
+    watts_text,
 )
 from wucht.studies.cam_correction.record_answer import percent_text
 
@@ -34,7 +40,6 @@ _CLEAN = 1e-12  # of order 1: exact but for rounding
 _CLEAN_SHARE = 1e-9  # from the points
 _LEFT_OUT = 0.01  # share of order 1, from orders of the speed that are left out
 _MOST = 6  # orders listed at most
-_ROUNDING = 1e-9  # of the stroke: a distance from the law that is none
 _CURVES = ("contour_x", "contour_y", "normal_x", "normal_y", "curvature", "pressure_angle", "uncut")
 _VERSION_KEYS = dict(zip(CAM_VERSIONS, ("before", "after"), strict=True))
 
@@ -53,6 +58,17 @@ def state_shaft(a: Answer, shaft: ShaftMotion, tau: np.ndarray) -> None:
     orders = ", ".join(map(str, there[:_MOST])) + (f" and {len(there) - _MOST} more" if len(there) > _MOST else "")
     turns = f"fluctuates by {100 * fluctuation:.2f} % in orders {orders}" if there else "turns evenly"
     a.line("shaft", f"{{mean_speed}}, a turn in {1e3 * period:.5g} ms; it {turns}")
+
+
+def state_motions_over_time(
+    a: Answer, motions: Sequence[MotionOverTime], law: Law, tau: np.ndarray, unit: str
+) -> list[np.ndarray]:
+    """State the motion of the output over time with both cams, and how far it is off the law. Returns the accelerations."""
+    over, accelerations = "version tau", [motion.shaft.mean**2 * motion(tau, 2) for motion in motions]
+    a.curve("output_over_time", [motion(tau) for motion in motions], "motion of the output", unit, over)
+    a.curve("acceleration", accelerations, "acceleration of the output", f"{unit}/s^2", over)
+    a.curve("position_error", [motion(tau) - law(tau) for motion in motions], "output less its law over time", unit, over)
+    return accelerations
 
 
 def state_orders(
@@ -87,10 +103,6 @@ def state_positions(
     unit, arm, dwells = drive.motion_law.unit, drive.output_arm, dwells_of(drive.motion_law)
     a.number("unit", unit, "unit of the output")
 
-    def text(value: float) -> str:
-        distance = 0.0 if value < _ROUNDING * stroke else value
-        return f"{math.degrees(distance):.4g}°" if unit == "rad" else _mm(distance)
-
     peaks, off, in_dwell = list[float](), list[str](), list[str]()
     a.number("dwells", [[d.begin, d.last] for d in dwells], "arcs of tau on which the output is to rest", "rad")
     a.number("output_arm", arm, "length of the output's arm", "m")
@@ -98,23 +110,44 @@ def state_positions(
         peak = float(np.abs(accelerations[k]).max())
         peaks.append(a.number(f"peak_{key}", peak, f"largest acceleration, {version} cam", f"{unit}/s^2"))
         what = f"largest distance of the output from its law over time, {version} cam"
-        off.append(text(a.number(f"position_error_{key}", deviations[k].position, what, unit)))
+        largest = distance_text(a.number(f"position_error_{key}", deviations[k].position, what, unit), unit, stroke)
+        what = f"root mean square of this distance, {version} cam"
+        rms = distance_text(a.number(f"position_error_rms_{key}", deviations[k].rms, what, unit), unit, stroke)
+        off.append(f"{largest} (rms {rms})")
         error = position_error(motions[k], dwells) if dwells else None
         factor = 1.0 if unit == "m" else arm
         travel = None if error is None or factor is None else factor * error
         a.number(f"dwell_error_{key}", error, f"largest position error in the dwell, {version} cam", unit)
         a.number(f"dwell_travel_{key}", travel, f"the same at the end of the output's arm, {version} cam", "m")
         if error is not None:
-            at_arm = 0.0 if error < _ROUNDING * stroke or travel is None else travel
             place = " at the end of the arm" if key == "after" else ""
-            in_dwell.append(text(error) + ("" if unit == "m" or travel is None else f" ({_mm(at_arm)}{place})"))
-    a.line(
-        "acceleration",
-        f"at most {peaks[1]:.4g} {unit}/s^2; of the original cam {peaks[0]:.4g} {unit}/s^2; off the law over time by at most "
-        f"{off[1]}; with the original cam by {off[0]}",
-    )
+            at_arm = "" if unit == "m" or arm is None else f" ({distance_text(arm * error, 'm', arm * stroke)}{place})"
+            in_dwell.append(distance_text(error, unit, stroke) + at_arm)
+    per = f"{unit}/s^2"
+    a.line("acceleration", f"at most {peaks[1]:.4g} {per}; of the original cam {peaks[0]:.4g} {per}")
+    a.line("position", f"off the law over time by at most {off[1]}; with the original cam by {off[0]}")
     if in_dwell:
         a.line("dwell", f"position off by at most {in_dwell[1]}; with the original cam by {in_dwell[0]}")
+
+
+def state_camshaft_powers(a: Answer, drive: CamDrive, motions: Sequence[MotionOverTime], tau: np.ndarray) -> None:
+    """State the power that output and loads take from the camshaft, where the table [shaft] states them."""
+    try:
+        powers = drive.camshaft_powers(motions, tau)
+    except InputError as error:  # the table is that of another study, so that nothing else depends on it
+        powers = []
+        a.warn(f"no power of the camshaft: {error}")
+    if powers:
+        a.curve("camshaft_power", powers, "power that output and loads take from the camshaft", "W", "version tau")
+    demands = list[dict[str, float]]()
+    for k, (version, key) in enumerate(_VERSION_KEYS.items()):
+        power = power_numbers(powers[k]) if powers else None
+        demands += [power] if power else []
+        a.number(f"camshaft_power_{key}", power, f"power that output and loads take from the camshaft, {version} cam", "W")
+    if powers:
+        before, after = demands
+        original = f"{watts_text(before['peak'])} and {watts_text(before['mean_positive'])}"
+        a.line("camshaft", f"output and loads take {demand_text(after)}; with the original cam {original}")
 
 
 def state_proofs(
@@ -191,11 +224,11 @@ def state_residuals(a: Answer, shares: Mapping[str, float]) -> None:
     orders = [condition for condition in shares if condition.startswith("order ")]
     for condition, share in shares.items():
         if condition not in orders:
-            a.line("left if", f"{percent_text(share):>7}  {condition}")
+            a.line("deviation", f"{condition} leaves {percent_text(share)}")
     largest_orders = sorted(orders, key=lambda condition: -shares[condition])[:_MOST]
     if orders:
         order_shares = ", ".join(f"{percent_text(shares[one])} ({one.split()[1]})" for one in largest_orders)
-        a.line("left if", f"an order of the speed is left out: {order_shares}")
+        a.line("deviation", f"an order of the speed left out leaves {order_shares}")
 
 
 def state_contours(
@@ -259,6 +292,7 @@ def _state_cam(a: Answer, name: str, before: CheckedContour, after: CheckedConto
             a.number("largest_roller", shape.largest_roller, "largest roller without undercut", "m")
             a.number("min_curvature_radius", _radius(shape.convex), "least radius of curvature, convex", "m")
             a.number("min_hollow_radius", _radius(shape.hollow), "least radius of curvature, hollow", "m")
+            a.number("face_length", shape.face_length, "least length of the face", "m")
             a.number("largest_wheel", _radius(shape.wheel), "largest grinding wheel", "m")
     distance = a.number("moved", float(np.abs(after.displacement).max()), "largest displacement of the contour", "m")
     a.number("chord", after.chord, "largest distance of chords between points", "m")
@@ -271,7 +305,8 @@ def _state_cam(a: Answer, name: str, before: CheckedContour, after: CheckedConto
     old_radius, new_radius = (length_text(_radius(shape.convex)) for shape in (old, new))
     angles = f"pressure angle at most {new_angle} at {angle_text(new.pressure_angle.phi)} (original {old_angle}), "
     has_angle = new.pressure_angle.value != 0  # a flat face has none
-    a.line(CAM_LABELS[name], f"{angles if has_angle else ''}least radius of curvature {new_radius} ({old_radius})")
+    face = f", face at least {length_text(new.face_length)} ({length_text(old.face_length)})" if new.face_length else ""
+    a.line(CAM_LABELS[name], f"{angles if has_angle else ''}least radius of curvature {new_radius} ({old_radius}){face}")
     has_limit = new.largest_roller is not None and math.isfinite(new.largest_roller)
     roller = f", largest roller {length_text(new.largest_roller)}" if has_limit else ""
     wheel = f", largest grinding wheel {length_text(new.wheel.radius)}" if new.wheel is not None else ""

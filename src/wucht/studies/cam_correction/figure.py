@@ -23,6 +23,7 @@ from wucht.plots.scales import power_text, travel_unit, turn_scale
 from wucht.plots.sheet import labelled_handles, legend_below, new_grid
 from wucht.plots.style import BAR_STYLES, COLOURS, FREE, GREY
 from wucht.results.formatting import with_unit
+from wucht.results.report import answer_in_print
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -133,7 +134,7 @@ def _curvature_radius(axis: Axes, result: xr.Dataset) -> None:
 def draw_correction(result: xr.Dataset) -> Figure:
     """Draw panels over time and orders, of the cams or of the law, and of a measured acceleration if there is one."""
     cams, has_measurement = bool(result.sizes["cam"]), bool(np.isfinite(result.measured_amplitude.values).any())
-    fig, axes = new_grid(2 * (3 + cams + has_measurement), result.attrs["title"], result.attrs["sentence"], heights=_ROW)
+    fig, axes = new_grid(2 * (3 + cams + has_measurement), result.attrs["title"], answer_in_print(result), heights=_ROW)
     for panel, axis in zip((_acceleration_history, _spectrum, _speed, _speed_orders), axes, strict=False):
         panel(axis, result)
     if cams:

@@ -127,9 +127,7 @@ class CamCorrection(Study):
         a.curve("order", np.arange(1, shown_count + 1), "order")
         a.curve("cam", np.array(list(after), dtype=str), "cam")
         answer.state_shaft(a, shaft, tau)
-        a.curve("output_over_time", [motion(tau) for motion in motions], "motion of the output", unit, "version tau")
-        accelerations = [shaft.mean**2 * motion(tau, 2) for motion in motions]
-        a.curve("acceleration", accelerations, "acceleration of the output", f"{unit}/s^2", "version tau")
+        accelerations = answer.state_motions_over_time(a, motions, law, tau, unit)
         a.curve("residual", list(of_conditions), "deviation from the assumptions of the cam")
         a.curve("share", list(of_conditions.values()), "residual as a share", "", "residual")
         record_answer.state_record(a, drive, left_out, of_conditions)
@@ -145,6 +143,7 @@ class CamCorrection(Study):
         answer.state_orders(a, spectra, shaft, unit, shown_count, max(examined_count, purity.count or 0, last_order))
         deviations = [purity.deviation(motion) for motion in motions]
         answer.state_positions(a, drive, motions, accelerations, deviations, float(np.ptp(law(angles))))
+        answer.state_camshaft_powers(a, drive, motions, tau)
         proof_shares = answer.state_proofs(
             a, purity, proofs, shaft.mean**2, unit, shown_count, examined_count, self.points, self.decimals
         )

@@ -9,20 +9,20 @@ from dataclasses import asdict
 import numpy as np
 
 from wucht.cams.confirmation import Confirmation
-from wucht.cams.correction import Purity, best_delay
+from wucht.cams.correction import MotionOverTime, Purity, best_delay
 from wucht.cams.driven_camshaft import DrivenCamshaft, ShaftPrediction
 from wucht.cams.elastic_output import ElasticOutput
 from wucht.cams.elasticity import Twist, Vibrations
+from wucht.cams.laws import Law
 from wucht.cams.shaft_motion import ShaftMotion
 from wucht.numerics.fourier_series import even_angles
 from wucht.studies.answer import Answer
-from wucht.studies.cam_answers import pad_orders
+from wucht.studies.cam_answers import distance_text, pad_orders, watts_text
 
 _ORDER_TOLERANCE = 1e-12  # of the mean speed: smaller orders are not corrected by a cam
 _FLOOR = 1e-9  # residuals below are rounding
 _SIMULATED_TIMES = 36  # times of a turn at which the simulated speed is stored
 _BEST = 3  # motions of the elastic output that are listed
-_KILO = 1e3
 
 Predictions = Mapping[str, ShaftPrediction]
 
@@ -103,11 +103,26 @@ def _finite_or_none(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def state_position_errors(a: Answer, predictions: Predictions, unit: str) -> None:
-    """State how far the output is off its law over time."""
+def state_output_motions(
+    a: Answer, predictions: Predictions, cams: Sequence[Law], tau: np.ndarray, unit: str, stroke: float
+) -> None:
+    """State the output's acceleration over time with each cam, of which the first is the law, and how far it is off the law."""
+    per, over = f"{unit}/s^2", "cam tau"
+    motions = [MotionOverTime(cam, one.shaft) for cam, one in zip(cams, predictions.values(), strict=True)]
+    accelerations = [motion.shaft.mean**2 * motion(tau, 2) for motion in motions]
+    a.curve("acceleration_over_time", accelerations, "acceleration of the output over time", per, over)
+    a.curve("position_error", [motion(tau) - cams[0](tau) for motion in motions], "output less its law over time", unit, over)
+    peaks = {name: float(np.abs(values).max()) for name, values in zip(predictions, accelerations, strict=True)}
+    a.number("peak_acceleration", peaks, "largest acceleration of the output", per)
+    a.line("acceleration", "at most {peak_acceleration.corrected}; with the original cam {peak_acceleration.original}")
     errors = {name: one.deviation.position for name, one in predictions.items()}
     a.number("position_error", errors, "largest distance of the output from its law over time", unit)
-    texts = {name: _deviation_text(error, unit) for name, error in errors.items()}
+    rms = {name: one.deviation.rms for name, one in predictions.items()}
+    a.number("position_error_rms", rms, "root mean square of this distance over time", unit)
+    texts = {
+        name: " (rms ".join(distance_text(one, unit, stroke) for one in (error, rms[name])) + ")"
+        for name, error in errors.items()
+    }
     a.line("position", f"off the law by at most {texts['corrected']}; with the original cam by {texts['original']}")
 
 
@@ -132,16 +147,6 @@ def state_speed_record(a: Answer, record: ShaftMotion | None, predictions: Predi
     return shares
 
 
-def power_numbers(power: np.ndarray) -> dict[str, float]:
-    """Return peak, mean, and mean of the positive part over a turn of evenly spaced points, the last equal to the first."""
-    samples = power[:-1]
-    return {
-        "peak": float(samples.max()),
-        "mean": float(samples.mean()),
-        "mean_positive": float(np.maximum(samples, 0.0).mean()),
-    }
-
-
 def state_powers(
     a: Answer, camshaft: DrivenCamshaft, constant: dict[str, float], powers: Mapping[str, dict[str, float]]
 ) -> None:
@@ -150,13 +155,13 @@ def state_powers(
     a.number("power", {"constant_speed": constant, **powers}, "power of the drive", "W")
     saving = {key: constant[key] - powers["corrected"][key] for key in ("peak", "mean_positive")}
     a.number("power_saved", saving, "power that the corrected cam saves against constant speed", "W")
-    demand = f"{_power_text(constant['peak'])} at most, {_power_text(constant['mean_positive'])} on average"
+    demand = f"{watts_text(constant['peak'])} at most, {watts_text(constant['mean_positive'])} on average"
     a.line("even speed", f"would need {demand} without power flowing back")
     if camshaft.driving is None:
         a.line("drive", "none: the eigenmotion saves all of this power")
     elif not camshaft.is_enforced:
-        demand = f"{_power_text(drive['peak'])} at most, {_power_text(drive['mean_positive'])} on average"
-        a.line("drive", f"{demand}; saved {_power_text(saving['peak'])} and {_power_text(saving['mean_positive'])}")
+        demand = f"{watts_text(drive['peak'])} at most, {watts_text(drive['mean_positive'])} on average"
+        a.line("drive", f"{demand}; saved {watts_text(saving['peak'])} and {watts_text(saving['mean_positive'])}")
 
 
 def state_cuts(a: Answer, purity: Purity, cuts: np.ndarray) -> float | None:
@@ -265,10 +270,6 @@ def state_twists(a: Answer, purity: Purity, twists: Sequence[Twist] | None, has_
 
 def _share_text(share: float) -> str:
     return f"{100 * share:.3g} %" if share >= 1e-6 or not share else f"{share:.0e}"
-
-
-def _power_text(power: float) -> str:
-    return f"{power / _KILO:.4g} kW" if abs(power) >= _KILO else f"{power:.4g} W"
 
 
 def _deviation_text(value: float, unit: str) -> str:

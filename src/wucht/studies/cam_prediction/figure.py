@@ -43,8 +43,7 @@ def draw_prediction(result: xr.Dataset) -> Figure:
     panels += [_twist] if "twist_residual" in result and len(result.twisted) else []
     if len(panels) % 2:
         panels.append(_law if _law not in panels else _travel)
-    heading = "\n".join(str(result.attrs["sentence"]).split(": ", 1))  # the verdict, on lines that fit the page
-    return draw_panels(result, panels, _legend, subtitle=heading)[0]
+    return draw_panels(result, panels, _legend)[0]
 
 
 def _legend(axis: Axes) -> None:

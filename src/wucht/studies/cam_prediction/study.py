@@ -26,7 +26,7 @@ from wucht.dynamics.work import Work
 from wucht.errors import InputError, RunError
 from wucht.schema import SI, si
 from wucht.studies.answer import Answer
-from wucht.studies.cam_answers import state_law
+from wucht.studies.cam_answers import power_numbers, state_law
 from wucht.studies.cam_prediction import answer
 from wucht.studies.cam_prediction import prediction_verdict as verdict
 from wucht.studies.cam_prediction.figure import draw_prediction
@@ -126,14 +126,14 @@ class CamPrediction(Study):
         predictions = {"original": original, "corrected": corrected}
         shown_count = min(max(3 * (motion_law.count or self.orders), _FEWEST), _MOST)
         constant_power = camshaft.constant_speed_power(motion.mean, self.points)
-        constant = answer.power_numbers(constant_power)
-        powers = {name: answer.power_numbers(one.drive * one.shaft.speed(tau)) for name, one in predictions.items()}
+        constant = power_numbers(constant_power)
+        powers = {name: power_numbers(one.drive * one.shaft.speed(tau)) for name, one in predictions.items()}
         answer.state_motions(a, predictions, tau, constant_power, unit, shown_count)
         state_law(a, cam, tau, "law of the corrected cam", unit)
         a.number("unit", unit, "unit of the output")
         a.number("harmonics", motion_law.count, "number N of harmonics of the law")
         answer.state_shafts(a, camshaft, predictions, powers)
-        answer.state_position_errors(a, predictions, unit)
+        answer.state_output_motions(a, predictions, (law, cam), tau, unit, purity.stroke)
         shares = answer.state_speed_record(a, record, predictions, tau)
         answer.state_powers(a, camshaft, constant, powers)
         contraction = answer.state_cuts(a, purity, cuts)

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wucht.plots.sheet import leading_clauses, legend_above, legend_beside, new_grid
+from wucht.plots.sheet import legend_above, legend_beside, new_grid, write_counts
 from wucht.plots.stability_lines import draw_classes
 from wucht.plots.style import COLOURS, GREY
 from wucht.results.formatting import formula_in_print, parameter_in_words, with_unit
+from wucht.results.report import answer_in_print
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,10 +27,10 @@ def figure(result: xr.Dataset) -> Figure:
     """Draw the probability with its band, its target, and where that is reached; beside it Sobol' indices, if computed."""
     s = result.wucht.summary
     has_indices = s["sensitivity"] is not None and s["sensitivity"]["indices"] is not None
-    runs = f"{s['samples']} runs at each value, {s['runs']} in all"
-    if not np.isfinite(result.estimate.values).any():
-        runs = leading_clauses(result.attrs["sentence"])
-    fig, panels = new_grid(1 + has_indices, result.attrs["title"], runs, columns=1 + has_indices, heights=2.8)
+    fig, panels = new_grid(
+        1 + has_indices, result.attrs["title"], answer_in_print(result), columns=1 + has_indices, heights=2.8
+    )
+    write_counts(fig, f"{s['samples']} runs at each value, {s['runs']} in all")
     _draw_probability(panels[0], result, s)
     (legend_above if has_indices else legend_beside)(panels[0])
     if has_indices:

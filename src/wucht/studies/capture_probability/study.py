@@ -254,10 +254,10 @@ class CaptureProbability(EnsembleStudy):
         a.number("range", [grid[0], grid[-1]], "its least and greatest value", runs.along.unit)
         a.number("outcome", list(self.outcome), "counted outcomes")
         a.number("confidence", self.confidence, "confidence of the bounds")
+        state_probabilities(a, prepared, done)
         distributions = {name: distribution_in_words(definition) for name, definition in self.random.items()}
         for k, (name, words) in enumerate(a.number("random", distributions, "random quantities").items()):
             a.line("" if k else "random", "{name} {words}", name=name, words=words)
-        state_probabilities(a, prepared, done)
         state_target(a, prepared, done, self.probability)
         state_runs(a, prepared, done, cross)
         warn(a, prepared, done, cross)

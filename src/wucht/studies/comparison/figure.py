@@ -14,6 +14,7 @@ from wucht.plots.sheet import labelled_handles, legend_above, legend_below, new_
 from wucht.plots.time_courses import TurnWindows, draw_course, shown_until
 from wucht.results.comparison_table import shown_numbers, variant_names
 from wucht.results.formatting import printed_unit, value_in_words, wrap_text
+from wucht.results.report import answer_in_print
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,7 +35,7 @@ def figure(result: xr.Dataset) -> Figure:
 
     A variant's mark has the colour of its curve.
     """
-    count, title, sentence = len(_abscissae(result)), result.attrs["title"], result.attrs["sentence"]
+    count, title, sentence = len(_abscissae(result)), result.attrs["title"], answer_in_print(result)
     curves, numbers = range(1, min(count, _MOST_CURVES) + 1), shown_numbers(result)[:_MOST_NUMBERS]
     if not count and not numbers:
         return _text_figure(result)
@@ -61,7 +62,7 @@ def _text_figure(result: xr.Dataset) -> Figure:
     lines = ["\n".join(wrap_text(entry, letters)) for entry in results[:_MOST_WRITTEN]]
     text = "\n".join([*lines, *([f"and {len(results) - len(lines)} more"] if len(results) > len(lines) else [])])
     height = (text.count("\n") + 1) * _LINE / current_page().height
-    fig, [axis] = new_grid(1, result.attrs["title"], result.attrs["sentence"], columns=1, heights=height)
+    fig, [axis] = new_grid(1, result.attrs["title"], answer_in_print(result), columns=1, heights=height)
     axis.set_axis_off()
     axis.text(0.0, 1.0, text, va="top", fontsize=small(), linespacing=1.5, parse_math=False)
     return fig

@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from datetime import date, time
 from functools import partial
-from itertools import product
+from itertools import product, takewhile
 from math import prod
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
-from wucht.dynamics.work import Work
+from wucht.dynamics.work import TaskReport, Work
 from wucht.errors import InputError, WuchtError
 from wucht.file_names import printable
 from wucht.results.comparison_table import comparison_report
@@ -28,8 +28,6 @@ from wucht.studies.study import Study
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
-
-MOST_VARIED, MOST_VARIANTS = 2, 500
 
 Prepared = tuple[tuple[Variant, Any], ...]  # each variant, with what its study has prepared
 
@@ -60,8 +58,6 @@ def _lists(raw: Any) -> Any:
         for i, value in enumerate(values):
             if (moment := _date_in(value)) is not None:
                 raise InputError(f"study.vary.{path}[{i}]", moment, "must be a number or a text, not a date")
-    if len(table) > MOST_VARIED:
-        raise InputError("study.vary", sorted(table), f"at most {MOST_VARIED} parameters are varied at once")
     return {path: tuple(values) for path, values in table.items()}
 
 
@@ -86,6 +82,10 @@ class Comparison(Study):
 
     kind = "comparison"
     subject = "wucht.studies.comparison.variant_files:VARIANTS"
+    tiled = True
+    most_varied: ClassVar[int] = 2
+    fewest: ClassVar[int] = 2
+    most: ClassVar[int] = 500
 
     of: Composite[Annotated[tuple[str, ...], BeforeValidator(_sources)]] = composite(
         title="compared files", description="study files, catalogue names, and folders of existing results"
@@ -103,9 +103,11 @@ class Comparison(Study):
 
     def check(self) -> None:
         """Check that there are at least two variants, and not too many to read."""
+        if len(self.vary) > self.most_varied:
+            raise InputError("study.vary", sorted(self.vary), f"at most {self.most_varied} parameters are varied at once")
         count = len(self.of) * prod(map(len, self.vary.values()))
-        if not 2 <= count <= MOST_VARIANTS:
-            requirement = f"there must be 2 to {MOST_VARIANTS} variants, files times values; these are {count}"
+        if not self.fewest <= count <= self.most:
+            requirement = f"there must be {self.fewest} to {self.most} variants, files times values; these are {count}"
             raise InputError("study.vary" if self.vary else "study.of", None, requirement)
         if duplicates := sorted(set(self.vary) & set(self.set)):
             raise InputError(f"study.vary.{duplicates[0]}", None, "this key is also in set; give it once")
@@ -137,7 +139,10 @@ class Comparison(Study):
         return max((file.spec.stored_numbers(preparation) for file, preparation in studies if file is not None), default=0.0)
 
     def solve(self, subject: ComparedVariants, prepared: Prepared, work: Work) -> Iterator[Answer]:
-        """Run the studies one after the other."""
+        """Run the studies one after the other, or those of several variants at once where several processes compute."""
+        if work.cluster is not None:
+            yield from self._solve_at_once(subject, prepared, work)
+            return
         results, count = list[ComparedResult](), len(prepared)
         for k, (variant, preparation) in enumerate(prepared):
             part = work.part(f"variant {k + 1}", k / count, (k + 1) / count)
@@ -145,6 +150,15 @@ class Comparison(Study):
             results.append(part.unit("answer", partial(_result_of, variant, preparation, part)))
             state = partial(state_comparison, all_variants=subject.variants, results=tuple(results), vary=self.vary)
             yield Answer(fill=state)
+
+    def _solve_at_once(self, subject: ComparedVariants, prepared: Prepared, work: Work) -> Iterator[Answer]:
+        tasks = {f"variant {k}/answer": partial(_result_from_task, variant) for k, (variant, _) in enumerate(prepared, 1)}
+        results: dict[str, ComparedResult] = {}
+        for name, result in work.units(tasks, "variants"):
+            results[name] = result
+            first = tuple(results[one] for one in takewhile(results.__contains__, tasks))
+            if first:
+                yield Answer(fill=partial(state_comparison, all_variants=subject.variants, results=first, vary=self.vary))
 
     def draw(self, result: xr.Dataset) -> Figure:
         """Draw the curves of all variants in common panels, and numbers over the varied keys."""
@@ -182,3 +196,9 @@ def _result_of(variant: Variant, preparation: Any, work: Work) -> ComparedResult
         return ComparedResult.from_dataset(answer.to_dataset(), spec.kind)
     except WuchtError as error:
         return ComparedResult.from_failure(str(error))
+
+
+def _result_from_task(variant: Variant, report: TaskReport) -> ComparedResult:
+    """Prepare and run a variant in a process of its own."""
+    preparation = None if variant.refusal else _prepared_study(variant, partial(report, 0.0))
+    return _result_of(variant, preparation, Work(reporter=lambda share, _label: report(share)))

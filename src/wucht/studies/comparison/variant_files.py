@@ -39,12 +39,12 @@ class VariantsSubject:
         spec = Comparison.from_table(document["study"])
         common_settings = spec.set | flatten(settings)
         groups = [
-            _variants_of_study(source, partial(machine_study, source, machines[source]), common_settings, spec)
+            variants_of_study(source, partial(machine_study, source, machines[source]), common_settings, spec)
             if source in machines
             else _variants_from_source(source, path.parent, common_settings, spec)
             for source in spec.of
         ]
-        variants = _uniquely_named([v for group in groups for v in group])
+        variants = uniquely_named([v for group in groups for v in group])
         return ComparedVariants(str(document.get("title") or _title(spec, variants)), variants), {}
 
     def describe(self, subject: Any) -> Description:
@@ -76,10 +76,10 @@ def _variants_from_source(source: str, folder: Path, common_settings: Mapping[st
             raise InputError("study.of", source, _NESTED_ERROR)
         return [Variant("", source, {}, result=result)]
     name = str(place) if place.is_file() else source
-    return _variants_of_study(source, partial(read_study, name), common_settings, spec)
+    return variants_of_study(source, partial(read_study, name), common_settings, spec)
 
 
-def _variants_of_study(
+def variants_of_study(
     source: str, read: Callable[[Mapping[str, Any]], StudyFile], common_settings: Mapping[str, Any], spec: Comparison
 ) -> list[Variant]:
     """Return the variants of a study, read with settings by path. Raises ``InputError`` where none of them is valid."""
@@ -104,7 +104,7 @@ def _variants_of_study(
     ]
 
 
-def _uniquely_named(variants: list[Variant]) -> tuple[Variant, ...]:
+def uniquely_named(variants: list[Variant]) -> tuple[Variant, ...]:
     """Name the variants uniquely: no names are needed where there is one file and varied values distinguish all."""
     sources = {v.source: _name(v.source) for v in variants}
     unique_variants, count = list[Variant](), Counter[str]()

@@ -12,8 +12,9 @@ from wucht.plots.scales import name_speeds, parameter_label
 from wucht.plots.sheet import legend_beside, new_figure
 from wucht.plots.stability_lines import draw_classes, extend_both_ways
 from wucht.plots.style import COLOURS, FREE, GREY, line_style
-from wucht.results.attributes import number_in, text_in
-from wucht.results.formatting import band_in_words, with_unit
+from wucht.results.attributes import number_in
+from wucht.results.formatting import with_unit
+from wucht.results.report import answer_in_print
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,16 +30,8 @@ _ORBIT_STYLE: dict[str, Any] = {"color": COLOURS[6], "markersize": 3.5, "markerf
 
 def figure(result: xr.Dataset) -> Figure:
     """Draw two panels from the Dataset alone: phases in degrees, stable solid and unstable dashed; and the mean speed."""
-    summary, unit = result.wucht.summary, text_in(result, "along_unit")
-    subtitle, existence_band, capture_band = str(result.attrs["sentence"]), summary["existence_band"], summary["band_from_rest"]
-    if result.attrs["finished"] and existence_band is not None:
-        start = (
-            "not reached from the start"
-            if capture_band is None
-            else f"reached from the start {band_in_words(capture_band, unit)}"
-        )
-        subtitle = f"exists {band_in_words(existence_band, unit)} (averaged equations); {start}"
-    fig, (phase, speed) = new_figure(2, result.attrs["title"], subtitle, 2.4)
+    summary = result.wucht.summary
+    fig, (phase, speed) = new_figure(2, result.attrs["title"], answer_in_print(result), 2.4)
     _phases(phase, result, summary["branch"])
     _speeds(speed, result, summary["branch"])
     low, high = summary["range"] or _limits(result, summary["value"])

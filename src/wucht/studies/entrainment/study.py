@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import Field
 
+from wucht.analysis.synchronising_torque import has_exciters
 from wucht.dynamics.entrainment.entrainment_case import AMPLITUDE, EntrainmentCase, check_entrainable, swept_parameter
 from wucht.dynamics.entrainment.existence import RANGE, Existence, existence, range_around, threshold
 from wucht.dynamics.entrainment.locked_motions import LockedMotion, LockedMotions, bodies_with_phase
@@ -179,6 +180,8 @@ def _state_entrainment(
     length = machine.orbit_unit if machine.shaken_coordinate is None else machine.parameters[AMPLITUDE].unit
     a.number("threshold_amplitude", least, "least amplitude of the vibration that entrains", length)
     a.line("threshold", "the vibration must be larger than {threshold_amplitude} (averaged equations)")
+    if has_exciters(machine):
+        a.line("margin", "what torque can pass between the rotors, and what has to: study.kind = 'synchronous-states'")
     _state_motions(a, case, existing, motions)
     _state_runs(a, case, runs or (() if nominal_run is None else (nominal_run,)))
     capture = "the study was interrupted before its band was determined"

@@ -12,6 +12,7 @@ from wucht.dynamics.exciters.signal_points import NEAR, SignalPoint, best_index,
 from wucht.dynamics.exciters.speed_readings import UNSTABLE, AveragedSpeed, Detection, Readings
 from wucht.dynamics.run_ups.machine_signals import MachineSignal
 from wucht.dynamics.run_ups.run_up import RunUpCase
+from wucht.results.formatting import plain_number
 from wucht.schema import Parameter
 from wucht.studies.answer import Answer
 from wucht.studies.failure_detection.failure_tables import Sensor
@@ -63,7 +64,7 @@ def state_failure(
     if failure_time is not None:
         a.sentence = f"the specimen fails at {failure_time:.6g} {a.unit('time')}".rstrip()
     if change is not None:
-        a.sentence += f", the speed changes by {change:.4g} {a.unit('speed')}".rstrip() + alarm_clause
+        a.sentence += f", the speed changes by {a.in_words(change, 'speed')}{alarm_clause}"
     elif failure_time is not None:
         a.sentence += "; there are too few readings to determine the change of speed"
     a.sentence += _state_points(a, axes, points, readings.signal(sensor.noise))
@@ -122,12 +123,12 @@ def _state_speeds(
         with a.group(period, f"motion {period} the failure"):
             a.number("speed", speed, "mean speed of the main rotor", "speed")
             outcome = a.number("outcome", None if verdict is None else str(verdict.outcome), "outcome")
-        averaged_clause = "" if averaged.get(period) is None else f"; averaged equations {{averaged.{period}:.6g}}"
-        a.line(period, f"{{{period}.speed:.6g}}, {outcome or 'not classified'}{averaged_clause}")
+        averaged_clause = "" if averaged.get(period) is None else f"; averaged equations {{averaged.{period}}}"
+        a.line(period, f"{{{period}.speed}}, {outcome or 'not classified'}{averaged_clause}")
     a.number("change", change, "change of speed", "speed")
     a.number("deviation", readings.deviation(sensor.noise), "standard deviation of the readings", "speed")
     a.number("signal", readings.signal(sensor.noise), _SIGNAL)
-    a.line("change", "{change:.5g}, {signal:.4g} times the standard deviation of the readings, {deviation:.4g}")
+    a.line("change", "{change}, {signal:.4g} times the standard deviation of the readings, {deviation}")
     with a.group("averaged", "mean speeds by the averaged equations"):
         before, after = (
             a.number(period, averaged.get(period), f"{period} the failure", "speed") for period in ("before", "after")
@@ -198,7 +199,7 @@ def _state_detection(
 def _duration(time: float, unit: str) -> str:
     """Return a time in its unit, from an hour on in hours too: ``5770 s (1.6 h)``."""
     hours = f" ({time / _HOUR:.3g} h)" if unit == "s" and abs(time) >= _HOUR else ""
-    return f"{float(f'{time:.4g}'):g} {unit}".rstrip() + hours  # 17260, not 1.726e+04
+    return f"{plain_number(time)} {unit}".rstrip() + hours
 
 
 def _span_in_words(readings: int, time: float, unit: str) -> str:
@@ -239,7 +240,7 @@ def _state_points(a: Answer, axes: Axes, points: Sequence[SignalPoint], present_
     a.line("largest", f"signal {{largest.signal:.4g}} at {{places}}: {there}", places=places)
     at, present = ", ".join(f"{path} = {largest[path]:.4g}" for path in paths), ""
     if present_signal is not None:
-        present = f" ({present_signal:.3g} as it is)"
+        present = f" ({present_signal:.3g} at present)"
     clause, cliff = f"; the signal is largest, {largest['signal']:.3g}{present}, at {at}", largest["cliff"]
     if cliff is None:
         return clause
@@ -304,7 +305,7 @@ def _warn_of_averaged_speed(a: Answer, period: str, averaged_speed: AveragedSpee
         )
     elif abs(averaged_speed.speed - speed) > _SPEED_TOLERANCE * abs(speed):
         a.warn(
-            f"the averaged equations have {averaged_speed.speed:.5g} {period} the failure, the full "
-            f"ones {speed:.5g}: the speed is "
+            f"the averaged equations have {a.in_words(averaged_speed.speed, 'speed')} {period} the failure, the full "
+            f"ones {a.in_words(speed, 'speed')}: the speed is "
             "still changing, the averaged motion is a different one, or the averaging is too coarse"
         )

@@ -16,7 +16,7 @@ from wucht.fatigue.counted_cycles import RangeMeanMatrix, frequency_distance
 from wucht.fatigue.damage import WoehlerLine
 from wucht.fatigue.load_counting import MOST_ROWS, CountedLoad, LoadCounting
 from wucht.measurements.recording import Channel
-from wucht.results.formatting import unit_in_print
+from wucht.results.formatting import plain_number, unit_in_print
 from wucht.studies.answer import Answer
 from wucht.studies.bearing_variables import state_lives
 
@@ -67,11 +67,11 @@ def fill_load(prepared: Prepared, after: float | None, history: LoadHistory, a: 
     if outcome is not None:
         a.line("machine", outcome)
     a.line("counting", f"{counting.method}; {_RESIDUES[counting.residue]}")
+    _state_damage(a, damages, end - begin)
     _state_spectrum(a, signal.unit, values, whole, half)
     _state_damage_by_row(a, signal.unit, whole, line)
     _state_classes(a, signal.unit, whole)
     _state_signal(a, signal, history, values, after)
-    _state_damage(a, damages, end - begin)
     if not whole.cycles.total:
         late = "" if after is None else f" after study.after = {after:g}, and the run ends at {end:g}"
         a.warn(f"the signal has no turning points{late}: nothing was counted")
@@ -141,11 +141,13 @@ def _state_spectrum(a: Answer, unit: str, values: np.ndarray, whole: CountedLoad
         count=(counts, "cycles"),
     )
     if whole.cycles.total:
-        after = f" {unit}".rstrip()
-        a.line("between", f"{values.min():.5g} and {values.max():.5g}{{unit}}", unit=after)
+        low, high = (a.in_words(float(end), unit) for end in (values.min(), values.max()))
+        a.line("between", "{low} and {high}", low=low, high=high)
         largest = sorted(zip(ranges.tolist(), means.tolist(), counts.tolist(), strict=True), key=lambda row: -row[0])
         for k, (size, mean, count) in enumerate(largest[:_MOST_RANGES]):
-            a.line("" if k else "range", f"{size:.5g}{{unit}}, mean {mean:.5g}{{unit}}: {count:.10g}", unit=after)
+            cycles = f"{count:.10g} {'cycle' if count == 1 else 'cycles'}"
+            place = {"size": a.in_words(size, unit), "mean": a.in_words(mean, unit)}
+            a.line("" if k else "range", f"{{size}}, mean {{mean}}: {cycles}", **place)
         if len(largest) > _MOST_RANGES:
             a.line("", f"and {len(largest) - _MOST_RANGES} smaller ones")
     least = np.full(len(ranges), np.inf)  # of the cycles in each row
@@ -205,7 +207,7 @@ def _state_damage(a: Answer, damages: Sequence[float] | None, duration: float) -
     a.line("damage", "{damage:.5g}")
     a.number("repetitions", 1 / damage if damage else None, "repetitions of this load until failure")
     life = a.number("life", duration / damage if damage else None, "life of the part under this load", "time")
-    hours = f" ({life / 3600:.4g} h)" if life is not None and a.unit("time") else ""
+    hours = f" ({plain_number(life / 3600)} h)" if life is not None and a.unit("time") else ""
     a.line("life", f"{{repetitions:.5g}} repetitions, {{life:.5g}}{hours}")
     if damages:
         a.number("damage_of_half", damages[1], "Miner's sum of the first half")

@@ -1,4 +1,4 @@
-"""The answer of a search for the best balancer: the machine as it is, the recommendation, the front, and the damping curve."""
+"""The answer of a search for the best balancer: the present machine, the recommendation, the front, and the damping curve."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from wucht.studies.optimise_balancer.recommendation_answer import (
 Objective = Literal["settling-time", "residual", "peak", "capture-probability"]
 OBJECTIVES: tuple[Objective, ...] = get_args(Objective)  # in the order of their columns
 _HEADINGS = ("min settling", "min residual", "min peak", "min capture")
-_GAIN = 0.005  # relative: smaller changes from the machine as it is are not worth a word
+_GAIN = 0.005  # relative: smaller changes from the present machine are not worth a word
 _UNDECIDED_SHARE = "share of runs without a verdict"
 
 
@@ -53,10 +53,10 @@ def state_search(
     )
     count = len(results.numbers)
     _state_question(a, search, unbalance, count)
-    with a.group("as_it_is", "machine as it is"):
+    with a.group("as_it_is", "present machine"):
         for name, ((value,), what) in _columns(search, [as_it_is]).items():
             a.number(name, value, what)
-    a.line("as it is", _candidate_in_words(search, as_it_is))
+    a.line("present", _candidate_in_words(search, as_it_is))
     clause = state_recommendation(a, search, curve, front, recommendation)
     holds = search.is_confirmed(front)
     a.number("found", front_size, "number of points of the front")
@@ -68,8 +68,8 @@ def state_search(
     a.curve("tried_bodies", bodies, "number of bodies", "", "candidate")
     a.curve("tried_objective", results.objectives, words, "", "candidate objective")
     a.curve("tried_undecided", results.undecided_share, _UNDECIDED_SHARE, "", "candidate")
-    a.curve("own_objective", as_it_is.evaluation.objectives[0], f"machine as it is, by the search: {words}", "", "objective")
-    a.curve("own_checked", as_it_is.checked_objectives, f"machine as it is, by the check: {words}", "", "objective")
+    a.curve("own_objective", as_it_is.evaluation.objectives[0], f"present machine, by the search: {words}", "", "objective")
+    a.curve("own_checked", as_it_is.checked_objectives, f"present machine, by the check: {words}", "", "objective")
     _state_damping(a, search, curve)
     integration = integration_note(search.as_it_is.question(search.model))
     a.line("integrated", a.number("integration", integration, "way of integration"))
@@ -197,7 +197,7 @@ def _capture_in_words(most: float, undecided_share: float) -> str:
 
 
 def _gain(search: BalancerSearch, candidate: BalancerCandidate, as_it_is: BalancerCandidate) -> str:
-    """Return the relative changes from the machine as it is."""
+    """Return the relative changes from the present machine."""
     ours, before, words = _objectives_by_name(candidate.objectives), _objectives_by_name(as_it_is.objectives), list[str]()
     for column, noun in ((SETTLING, "time"), (RESIDUAL, "residual unbalance"), (PEAK, "peak")):
         new, old = ours[OBJECTIVES[column]], before[OBJECTIVES[column]]
@@ -228,7 +228,7 @@ def _warn_of_deviations(a: Answer, search: BalancerSearch, front: Sequence[Balan
 
 
 def _warn_of_undecided_runs(a: Answer, search: BalancerSearch, shares: np.ndarray) -> None:
-    """Warn of runs without a verdict. shares: of those of the machine as it is, and of each candidate."""
+    """Warn of runs without a verdict. shares: of those of the present machine, and of each candidate."""
     if not shares.any():
         return
     consequence = "the stated settling time is a lower bound, the capture probability an upper one"
@@ -256,7 +256,7 @@ def _state_damping(a: Answer, search: BalancerSearch, curve: DampingCurve | None
     a.curve("settling_time", curve.settling_time, "median settling time", "time", "damping")
     a.curve("through", curve.share_through, "share of the runs that pass", "", "damping")
     a.curve("decay_rate", curve.rate, "slowest rate of decay, linearised", "1/time", "damping")
-    text = "of the machine as it is, {damping.optimum:.3g} settles fastest from random phases"
+    text = "of the present machine, {damping.optimum:.3g} settles fastest from random phases"
     text += "" if is_alike else ", of those with the fewest captured runs"
     if optimum in ends:
         text += f", the {'lowest' if optimum == ends[0] else 'highest'} of the curve"

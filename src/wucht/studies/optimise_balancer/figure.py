@@ -1,4 +1,4 @@
-"""The figure of a search: the front in each pair of objectives, the machine as it is, all candidates; the damping curve."""
+"""The figure of a search: the front in each pair of objectives, the present machine, all candidates; the damping curve."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wucht.plots.scales import label_one_two_five, limits_about
-from wucht.plots.sheet import labelled_handles, leading_clauses, legend_above, legend_below, new_grid
+from wucht.plots.sheet import labelled_handles, legend_above, legend_below, new_grid
 from wucht.plots.style import COLOURS, GREY
 from wucht.results.formatting import bodies_in_words, with_unit
+from wucht.results.report import answer_in_print
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,7 +48,7 @@ def figure(result: xr.Dataset) -> Figure:
     pairs = list(combinations(varying_objectives, 2)) or [(varying_objectives[0], varying_objectives[0])]
     curve = "damping" in result.coords
     count = len(pairs) + curve
-    fig, axes = new_grid(count, result.attrs["title"], leading_clauses(s["sentence"]), columns=min(2, count))
+    fig, axes = new_grid(count, result.attrs["title"], answer_in_print(result), columns=min(2, count))
     for axis, (x, y) in zip(axes, pairs, strict=False):
         _plane(axis, result, s, objectives, x, y)
     if curve:
@@ -89,7 +90,7 @@ def _plane(axis: Axes, result: xr.Dataset, s: dict[str, Any], objectives: list[s
         )
     is_checked = np.isfinite(result.own_checked.values[[i, j]]).all()
     baseline = result.own_checked.values if is_checked else result.own_objective.values
-    axis.plot(a * baseline[i], b * baseline[j], label="machine as it is", **_BASELINE_STYLE)
+    axis.plot(a * baseline[i], b * baseline[j], label="present machine", **_BASELINE_STYLE)
     place = None if s["recommended"] is None else s["recommended"]["point"]
     if place is not None:
         axis.plot(a * check_values[place, i], b * check_values[place, j], label="recommended", **_RECOMMENDED_STYLE)
@@ -134,7 +135,7 @@ def _damping(axis: Axes, result: xr.Dataset, s: dict[str, Any]) -> None:
 
 
 def _compared_dampings(axis: Axes, s: dict[str, Any]) -> None:
-    """Draw settling times of the check, of those that differ from the machine as it is in the damping alone."""
+    """Draw settling times of the check, of those that differ from the present machine in the damping alone."""
     baseline, points = s["as_it_is"], list[tuple[float, float]]()
     rest = {name: x for name, x in baseline["parameters"].items() if name != "damping"}
     for row in s["compared"]:

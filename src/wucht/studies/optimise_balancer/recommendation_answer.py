@@ -15,10 +15,10 @@ from wucht.dynamics.sampling.searches import balancer_names, values_at
 from wucht.results.formatting import bodies_in_words, percent
 from wucht.studies.answer import Answer
 
-_RECOMMENDED_NAME, _DUEL_NAME = "recommended balancer", "the best one against the machine as it is"
+_RECOMMENDED_NAME, _DUEL_NAME = "recommended balancer", "the best one against the present machine"
 _COMPARED_NAME = "candidates compared by the same fresh runs of the full equations"
 _RELATIONS = {
-    AS_IT_IS: "the machine as it is",
+    AS_IT_IS: "the present machine",
     "damping curve": "the best of the damping curve",
     "damping alone": "that damping, which is not varied,",
     "neighbour": "neighbours",
@@ -54,13 +54,13 @@ def state_recommendation(
     if not is_balancing:
         return "nothing that was compared balances in more than half of its runs"
     a.line("compared", comparison)
-    duel = "in {runs:.0f} further runs the best one {settling_time:.3g}, the machine as it is {as_it_is:.3g}, "
+    duel = "in {runs:.0f} further runs the best one {settling_time:.3g}, the present machine {as_it_is:.3g}, "
     a.line("", duel + "the difference to {difference_error:.2g}", at="duel")
     _state_changes(a, changes, bodies, len(balancer_names(search.machine)))
     if motor_sets_time:
         times = "sets the settling time of {settling_time:.3g}, not the balancer: without vibration it needs {motor_time:.3g}"
         a.line("motor", times, at="recommended")
-    keep = "nothing is better beyond chance than the machine as it is, keep it: " if recommendation.is_kept else ""
+    keep = "nothing is better beyond chance than the present machine, keep it: " if recommendation.is_kept else ""
     unit = search.machine.units.time
     share, time = _failing_share(recommendation), f"{settling_time:.3g} {unit}".rstrip()
     at_least = "at least " if " to " in share else ""
@@ -93,7 +93,7 @@ def _state_recommended(
     at_most = "share of runs that do not end compensated, those without a verdict among them"
     at_cliff = "nearest value at which a tenth more of the runs fail, or the settling time is twice as long"
     with a.group("recommended", _RECOMMENDED_NAME):
-        a.number("point", point, "its index in the front, none for the machine as it is")
+        a.number("point", point, "its index in the front, none for the present machine")
         a.number("bodies", bodies, "number of bodies")
         parameters = a.number("parameters", parameters_by_name(search, numbers), "parameters")
         a.number("changes", changes, "values to be set in the machine, by path")
@@ -107,7 +107,7 @@ def _state_recommended(
         a.number("motor_time", time, "time in which the motor reaches its speed without vibration", "time")
         is_set_by_motor = motor_sets(time, settling_time)
         a.number("motor_sets_time", is_set_by_motor, "whether the motor, not the balancer, sets the settling time")
-    keep = "to keep the machine as it is, " if recommendation.is_kept else ""
+    keep = "to keep the present machine, " if recommendation.is_kept else ""
     share = f"{_failing_share(recommendation)} do not end compensated" if most else "all end compensated"
     a.line("recommended", f"{keep}{design_in_words(search, bodies, parameters)}: of its runs {share}")
     return changes, is_set_by_motor
@@ -157,7 +157,7 @@ def _ends_in_words(times: Sequence[float | None], unit: str) -> str:
 
 
 def _state_duel(a: Answer, search: BalancerSearch, recommendation: Recommendation) -> None:
-    """State the further runs that decide between the best one and the machine as it is, none where they are not needed."""
+    """State the further runs that decide between the best one and the present machine, none where they are not needed."""
     row, time = None, search.machine.units.time
     if recommendation.duel is not None:
         scores, k = recommendation.duel.scores, recommendation.duel.candidates.index(search.present)
@@ -168,7 +168,7 @@ def _state_duel(a: Answer, search: BalancerSearch, recommendation: Recommendatio
         }  # fmt: skip
     parts = {
         "runs": ("number of further runs of each", ""), "settling_time": ("median settling time of the best one", time),
-        "as_it_is": ("that of the machine as it is", time), "difference_error": ("standard error of the difference", time),
+        "as_it_is": ("that of the present machine", time), "difference_error": ("standard error of the difference", time),
     }  # fmt: skip
     a.number("duel", row, _DUEL_NAME, parts=parts)
 

@@ -101,7 +101,7 @@ class OptimiseBalancer(EnsembleStudy):
         "at the worse end of `unbalance`), `peak` (largest amplitude of all runs on the way to the speed), "
         "`capture-probability` (upper bound of the share of captured runs: those without a verdict could be among "
         "them). By default all, but `peak` for a rotor whose speed is held from the beginning. Without the last one, none may "
-        "be captured more often than the machine as it is"
+        "be captured more often than the present machine"
     ))  # fmt: skip
     bodies: Composite[BodyCounts | None] = composite(
         default=None, description="numbers of bodies to try, each like the first one of the machine"
@@ -121,7 +121,7 @@ class OptimiseBalancer(EnsembleStudy):
     seed: Whole = Field(default=1, description="seed of the random starts and of the search")
     tolerance: Tolerance = _TOLERANCE
     damping_curve: TrueOrFalse = Field(default=True, description=(
-        "whether the settling time is also computed over the damping of all bodies, the machine otherwise as it is"
+        "whether the settling time is also computed over the damping of all bodies, the machine otherwise unchanged"
     ))  # fmt: skip
 
     def check(self) -> None:

@@ -14,6 +14,7 @@ from wucht.dynamics.branches.orbit_problem import OrbitProblem
 from wucht.numerics.periodic.branch_ends import CLOSED_BRANCH, NOT_IDENTIFIED, PERIOD_LIMIT, BranchEnd, significant_value
 from wucht.schema import Parameter
 from wucht.studies.answer import Answer, Column
+from wucht.studies.limit_set_variables import LIMIT_SET_NUMBERS
 from wucht.studies.motion_variables import join_arrays, parameter_columns, state_steady_points
 
 _PRODUCT = 0.1  # largest error of ln of the multipliers' product without a warning
@@ -154,6 +155,7 @@ def _state_orbits(
     s, n, ordinate = problem.labels, len(problem.system.states), problem.ordinate_name
     orbits = [one for _, one in numbered_orbits]
     low, high = f"min_{ordinate}", f"max_{ordinate}"
+    multipliers = [np.exp(o.exponents * o.period) for o in orbits]
     stable = [bool(o.exponents.real.max(initial=-np.inf) < 0) if not o.kind else None for o in orbits]
     of_machine: dict[str, Column] = {
         "period_phi": ([o.period_phi for o in orbits], _PERIOD_PHI),
@@ -172,6 +174,7 @@ def _state_orbits(
         low: ([o.low for o in orbits], f"least {s.ordinate}", s.unit),
         high: ([o.high for o in orbits], f"largest {s.ordinate}", s.unit),
         "exponents": ([_pairs(o.exponents) for o in orbits], "exponents", s.rate),
+        "multipliers": ([_pairs(row) for row in multipliers], LIMIT_SET_NUMBERS["multipliers"][0]),
         **(of_machine if problem.shows_rotor_speed else {}),
         "stable": (stable, "whether it is stable"),
     })  # fmt: skip
@@ -186,6 +189,7 @@ def _state_orbits(
     if len(orbits) > _MOST:
         a.line(f"and {len(orbits) - _MOST} more orbits: see the Dataset", "")
     exponents = join_arrays([o.exponents[:, None] for o in orbits], n - 1)
+    joined_multipliers = join_arrays([row[:, None] for row in multipliers], n - 1)
     shape = (len(orbits), len(orbits[0].ordinate) if orbits else 0)
 
     def courses(rows: Sequence[np.ndarray]) -> np.ndarray:
@@ -194,6 +198,8 @@ def _state_orbits(
     a.curve("orbit_kind", np.array([o.kind for o in orbits], "U16"), "kind of the special orbit", "", "orbit")
     a.curve("orbit_exponent_re", np.asarray(exponents.real), "real part of an exponent", s.rate, "exponent orbit")
     a.curve("orbit_exponent_im", np.asarray(exponents.imag), "imaginary part of an exponent", s.rate, "exponent orbit")
+    a.curve("orbit_multiplier_re", np.asarray(joined_multipliers.real), "real part of a multiplier", "", "exponent orbit")
+    a.curve("orbit_multiplier_im", np.asarray(joined_multipliers.imag), "imaginary part of a multiplier", "", "exponent orbit")
     a.curve("orbit_time", courses([o.shares * o.period for o in orbits]), "time", s.time, "orbit place", coordinate=True)
     name = "orbit_state" if s.of_equations else "orbit_speed"
     a.curve(name, courses([o.ordinate for o in orbits]), s.ordinate, s.unit, "orbit place")

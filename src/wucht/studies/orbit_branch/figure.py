@@ -13,6 +13,7 @@ from wucht.plots.stability_lines import Symbol, draw_kinds, entry, equal_stretch
 from wucht.plots.style import COLOURS, shades
 from wucht.results.attributes import number_in, text_in
 from wucht.results.formatting import formula_in_print, label, printed_unit, with_unit
+from wucht.results.report import answer_in_print
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,7 +47,7 @@ def orbit_figure(result: xr.Dataset) -> Figure:
     """
     orbits = len(result.value) > 0
     columns, height, drawn_orbits = (2, 2.1, _drawn_orbits(result)) if orbits else (1, 3.4, [])
-    fig, axes = new_grid(columns**2, result.attrs["title"], result.attrs["sentence"], columns=columns, heights=height)
+    fig, axes = new_grid(columns**2, result.attrs["title"], answer_in_print(result), columns=columns, heights=height)
     _extremes(axes[0], result)
     if orbits:
         _periods(axes[2], result)

@@ -11,8 +11,9 @@ from wucht.plots.scales import fraction_of_pi
 from wucht.plots.sheet import legend_below, new_grid
 from wucht.plots.stability_lines import entry
 from wucht.plots.style import COLOURS
-from wucht.results.attributes import number_in, text_in
+from wucht.results.attributes import number_in
 from wucht.results.formatting import with_unit
+from wucht.results.report import answer_in_print
 from wucht.studies.phase_portrait.state_projection_figure import draw_projection
 
 if TYPE_CHECKING:
@@ -43,11 +44,10 @@ def figure(result: xr.Dataset) -> Figure:
     """Draw a panel for each portrait, from the Dataset alone."""
     if "equilibria" in result:
         return draw_projection(result)
-    cases, model = result.sizes.get("case", 1), text_in(result, "model")
+    cases = result.sizes.get("case", 1)
     columns = 1 if cases == 1 else 2 if cases in (2, 4) else _FEW
-    subtitle = result.attrs["sentence"].replace(f"{model}: ", f"{model}\n", 1) if cases == 1 else ""
     height = 4.2 if cases == 1 else 2.4 if columns == 2 else 1.9
-    fig, axes = new_grid(cases, result.attrs["title"], subtitle, columns=columns, heights=height)
+    fig, axes = new_grid(cases, result.attrs["title"], answer_in_print(result), columns=columns, heights=height)
     for k, (axis, one) in enumerate(zip(axes, _portraits(result), strict=True)):
         _panel(axis, one)
         _scales(axis, result)

@@ -11,6 +11,7 @@ from wucht.plots.sheet import legend_below, new_figure
 from wucht.plots.stability_lines import entry
 from wucht.plots.style import COLOURS
 from wucht.results.attributes import number_in
+from wucht.results.report import answer_in_print
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,7 +28,7 @@ _BEGIN = (0.0, 0.0)  # of the turn in which angles are drawn
 
 def draw_projection(result: xr.Dataset) -> Figure:
     """Draw the projection from the Dataset alone."""
-    fig, (axis,) = new_figure(1, result.attrs["title"], result.attrs["sentence"], 4.2)
+    fig, (axis,) = new_figure(1, result.attrs["title"], answer_in_print(result), 4.2)
     rows = [int(number_in(result, "abscissa")), int(number_in(result, "ordinate"))]
     turning = np.atleast_1d(result.attrs["turning"])[rows] > 0
     for curve in result.trajectories.values:

@@ -12,6 +12,7 @@ from wucht.plots.sheet import new_figure
 from wucht.plots.stability_lines import draw_configurations
 from wucht.plots.style import COLOURS, GREY, line_style, mark_speeds
 from wucht.results.formatting import label, printed_unit, with_unit
+from wucht.results.report import answer_in_print
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,7 +28,7 @@ _CLIP_FACTOR = 7.5  # times the median: the limit of the axis for an infinite am
 def figure(result: xr.Dataset) -> Figure:
     """Draw four panels from a response's Dataset alone, three for a machine without a rotor that centres itself."""
     panels = [_amplitude, _phase, _centre, _torque] if _centres_itself(result) else [_amplitude, _phase, _torque]
-    fig, axes = new_figure(len(panels), result.attrs["title"], result.attrs["sentence"])
+    fig, axes = new_figure(len(panels), result.attrs["title"], answer_in_print(result))
     for panel, axis in zip(panels, axes, strict=True):
         panel(axis, result)
     free = abs(float(result.free_speed))

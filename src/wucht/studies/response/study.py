@@ -33,6 +33,13 @@ from wucht.machines.machine import Machine
 from wucht.machines.operation import free_speed, natural_frequencies
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
+from wucht.studies.foundation_variables import (
+    ISOLATION,
+    TRANSMISSIBILITY,
+    forces_by_support,
+    forces_in_words,
+    state_static_loads,
+)
 from wucht.studies.from_rest_variables import FROM_REST_WORDS, state_ends_from_rest
 from wucht.studies.key_types import BalancingBodies, Interval, Start, Whole
 from wucht.studies.motion_variables import state_natural_vibrations
@@ -142,7 +149,7 @@ def _state_response(
     machine = steady.machine
     free, eccentricity = free_speed(machine, machine.rotor), eccentricity_of(machine)
     for resonance in sorted({x for c in curves for x in c.undamped_resonances}):
-        at = f"{resonance:.6g} {machine.units.speed}".rstrip()
+        at = a.in_words(resonance, "speed")
         a.warn(f"the resonance at {at} is undamped: there the amplitude is infinite")
     a.warn(*steady.warnings)
     a.assume(*steady.assumptions)
@@ -180,7 +187,7 @@ def _state_response(
     a.line("self-centred", "from {self_centring_speed} on: the centre of mass moves inside the orbit of the axis")
     a.sentence = _sentence(is_excited, critical, free, steady.list_labels(labels))
     if from_rest is not None and is_excited:
-        points = [f"{o.speed:.5g} {machine.units.speed}".rstrip() + (f", {o.label}" if o.label else "") for o in operation]
+        points = [a.in_words(o.speed, "speed") + (f", {o.label}" if o.label else "") for o in operation]
         a.sentence += f"; in operation: {from_rest.sentence(is_reached, points)}"
 
 
@@ -324,10 +331,12 @@ def _state_operation(a: Answer, machine: Machine, operation: Sequence[Operation]
         "configuration": ("configuration there", ""),
         "amplitude": ("amplitude of the axis there", machine.orbit_unit),
         "reached_from_rest": FROM_REST_WORDS,
+        "transmissibility": TRANSMISSIBILITY,
     } | NUMBERS
     rows = [
         {"speed": o.speed, "configuration": o.label, "amplitude": o.amplitude, "reached_from_rest": yes}
         | ({} if o.throw is None else o.throw.numbers)
+        | ({} if o.foundation is None else {"transmissibility": o.foundation.transmissibility})
         for o, yes in zip(operation, is_reached, strict=True)
     ]
     a.number("operation", rows, "stable steady speeds at which the torques balance, with the vibration there", parts=parts)
@@ -339,6 +348,11 @@ def _state_operation(a: Answer, machine: Machine, operation: Sequence[Operation]
         for name in ("stroke", "machine_number"):
             what, unit = NUMBERS[name]
             a.number(name, fastest.throw.numbers[name], f"{what}, there", unit, headline=True)
+    if fastest is not None and fastest.foundation is not None:
+        a.number("transmissibility", fastest.foundation.transmissibility, f"{TRANSMISSIBILITY[0]}, there")
+        in_operation = "amplitude of the force of each support on the foundation there, along x and y"
+        a.number("foundation_forces", forces_by_support(fastest.foundation.amplitudes), in_operation, "N")
+        state_static_loads(a, machine)
 
 
 def _add_operation_lines(
@@ -349,6 +363,9 @@ def _add_operation_lines(
         label = (f", {o.label}" if o.label else "") + ("; reached from rest" if yes else "")
         a.line("in operation", f"{{amplitude}} at {{speed}}{label}", at=f"operation[{k}]")
         _add_throw_line(a, o.throw, f"operation[{k}]")
+        if o.foundation is not None:
+            a.line("foundation", f"{forces_in_words(o.foundation.amplitudes)}", at=f"operation[{k}]")
+            a.line("isolation", ISOLATION, at=f"operation[{k}]")
     if not operation:
         a.line("in operation", "{amplitude_at_free_speed} at {free_speed}")
         _add_throw_line(a, throw_at_free_speed, "throw_at_free_speed")

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from wucht.analysis.dimensionless import dimensionless_numbers
-from wucht.analysis.throw import NUMBERS, Throw, largest_of
-from wucht.dynamics.run_ups.bearing_loads import BearingLife, bearing_warnings, lives_at_end, loads_at_end
+from wucht.analysis.synchronising_torque import SynchronisationMargin
+from wucht.dynamics.run_ups.bearing_loads import BearingLife, bearing_warnings
 from wucht.dynamics.run_ups.contacts import ContactCheck, track_contacts
 from wucht.dynamics.run_ups.hanging_start import hanging_words
 from wucht.dynamics.run_ups.motion_limits import amplitude_limits, speed_limits, stored_samples_per_turn
@@ -19,25 +19,21 @@ from wucht.dynamics.run_ups.run_up import Motion
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import Outcome
 from wucht.dynamics.verdicts.verdict import Verdict
-from wucht.machines.machine import MISMATCH
+from wucht.machines.machine import MISMATCH, Machine
 from wucht.machines.operation import natural_frequencies
 from wucht.numerics.observers.records import smooth_weights
 from wucht.numerics.zeros_and_peaks import extremes
 from wucht.results.formatting import number_text
 from wucht.studies.answer import Answer
-from wucht.studies.bearing_variables import force_text, state_lives, state_loads
 from wucht.studies.motion_variables import envelopes, motion_quantities
-from wucht.studies.run_up.combined_runs import printed_number
+from wucht.studies.run_up.vibration_answer import Mark, state_loads_of_run, state_vibration, verdict_window
 from wucht.studies.starting_variables import start_warnings, state_starting_torques
+from wucht.studies.synchronisation_variables import margin_in_words, synchronisation_columns
 
-_FEWEST = 8  # samples
 _KEYS = ("free_speed", "peak_amplitude")  # variables that are keys of the summary
 _FEWEST_A_TURN = 8
+_NEARLY = 0.1  # of their mean: difference of speeds of rotors that nearly turn synchronously
 _BALANCE_LIMIT = 1e-6  # an energy residual beyond it is reported as a warning
-_CIRCLE = 0.98  # ratio of the stroke across to that along: above it, the motion is a circle
-_GENTLE = 0.05  # machine number below which the vibration is negligible
-
-Mark = Callable[..., str]  # of numbers by their keys: in a line, after them
 
 
 def fill_motion(
@@ -71,24 +67,22 @@ def fill_motion(
     )
     _warn(a, motion, samples, residual)
     depth = _state_end(a, motion, row, is_sparse, noise, residual, mark)
+    if motion.model.name == "full":
+        _state_margin(a, at_end, verdict)
     if hangs:
         a.number("start_state", hanging_words(machine), "start of the machine")
     state_starting_torques(a, machine.at(trajectory.end_time))
-    if natural_frequencies(at_end):
-        a.line("resonance", "{natural_frequencies}")
+    vibration = state_vibration(a, motion, row, noise, deck, mark) if motion.model.name == "full" else None
     peak = f", {{peak_amplitude}} at most{mark('peak_amplitude')}"
     a.line("amplitude", f"{{final_amplitude}} at the end{mark('final_amplitude')}{peak}")
+    _tell_end(a, verdict, depth, mark)
     lives = dict[str, BearingLife]()
     if motion.model.name == "full":
-        lives = lives_at_end(machine, motion.machine_motion, verdict.window)
-        loads = loads_at_end(machine, motion.machine_motion, verdict.window)
-        throw = _state_vibration(a, motion, row, noise, deck, mark)
-        is_shaken = throw is not None and throw.machine_number >= _GENTLE
-        is_shown = bool(lives) or (len(loads) > 1 and is_shaken)
-        of_loads = mark("steady_bearing_forces", "bearing_forces", "peak_bearing_forces")
-        state_loads(a, {name: load.beyond(noise) for name, load in loads.items()}, is_shown, of_loads)
-        state_lives(a, lives, mark("bearing_life", "equivalent_bearing_loads"))
-    _tell_end(a, verdict, depth, mark)
+        lives = state_loads_of_run(a, motion, vibration, deck, noise, mark)
+    if verdict.outcome is Outcome.SYNCHRONISED:
+        _tell_mean_speeds(a, verdict, mark)
+    if natural_frequencies(at_end):
+        a.line("resonance", "{natural_frequencies}")
     numbers = dimensionless_numbers(at_end)
     if numbers and not machine.dimensionless:
         a.line("in numbers", ", ".join(f"{name} {value:.4g}" for name, value in numbers.items()))
@@ -99,6 +93,13 @@ def fill_motion(
     a.line("energy", "balance closed to {energy_residual:.1e}")
     a.add(replace(q, in_summary=q.name in _KEYS, headline=q.name == "peak_amplitude") for q in variables)
     a.warn(*bearing_warnings(lives), *([check.warning()] if check is not None and check.is_stiffer else []))
+
+
+def _tell_mean_speeds(a: Answer, verdict: Verdict, mark: Mark) -> None:
+    """Add a line on the speeds of several rotors."""
+    if verdict.locking is not None and len(speeds := verdict.locking.final_speeds) > 1:
+        listing = ", ".join(f"{name} {a.in_words(speed, 'speed')}" for name, speed in speeds.items())
+        a.line("mean speeds", "{speeds}" + mark("mean_speeds"), speeds=listing)
 
 
 def _warn(a: Answer, motion: Motion, samples: float, residual: float) -> None:
@@ -134,13 +135,6 @@ def _warn(a: Answer, motion: Motion, samples: float, residual: float) -> None:
         )
 
 
-def _window(time: np.ndarray, verdict: Verdict) -> np.ndarray:
-    """True for the samples (N,) of the verdict."""
-    inside: np.ndarray = (time >= verdict.window[0]) & (time <= verdict.window[1])
-    inside[-1] |= not inside.any()
-    return inside
-
-
 def _state_end(
     a: Answer, motion: Motion, row: Mapping[str, Any], is_sparse: bool, noise: Noise, balance: float, mark: Mark
 ) -> float | None:
@@ -149,7 +143,7 @@ def _state_end(
     row: the variables of the result. is_sparse: they are too few samples. balance: error of the energy's.
     """
     verdict, machine = motion.verdict, motion.case.machine.at(float(row["time"][-1]))
-    evidence, modulation, inside = verdict.evidence, verdict.modulation, _window(row["time"], verdict)
+    evidence, modulation, inside = verdict.evidence, verdict.modulation, verdict_window(row["time"], verdict)
     rotor = row["speed"][machine.bodies.index(machine.rotor)][inside]
     envelope, (low, high) = row["amplitude"][inside], speed_limits(motion) if is_sparse else extremes(rotor)
     amplitudes = verdict.amplitudes or (amplitude_limits(motion) if is_sparse else None)
@@ -203,15 +197,29 @@ def _state_rotors(a: Answer, verdict: Verdict, noise: Noise, mark: Mark) -> None
         factor = noise.without(verdict.unbalance_factor, 1.0)
         a.number("unbalance_factor", factor, "factor by which the bodies increase the rotor's unbalance")
     if verdict.locking is not None:
-        speeds = a.number("mean_speeds", verdict.locking.final_speeds, "mean speeds of the rotors", "speed")
-        if len(speeds) > 1:
-            listing = ", ".join(f"{name} {printed_number(a, speed, 'rad/s')}" for name, speed in speeds.items())
-            a.line("mean speeds", "{speeds}" + mark("mean_speeds"), speeds=listing)
+        a.number("mean_speeds", verdict.locking.final_speeds, "mean speeds of the rotors", "speed")
+        if verdict.outcome is not Outcome.SYNCHRONISED:
+            _tell_mean_speeds(a, verdict, mark)
         phases = a.number("rotor_phases", verdict.locking.phases, "mean phases of the rotors", "rad")
         a.line("phase", "{phases}" + mark("rotor_phases"), phases=_angles(phases))
     if verdict.rotors:
         outcomes = {name: str(o) for name, o in verdict.rotors.items()}
         a.number("rotor_outcomes", outcomes, "outcome of each rotor")
+
+
+def _state_margin(a: Answer, machine: Machine, verdict: Verdict) -> None:
+    """State the margin of synchronism of exciters that turn synchronously, or of two that nearly do."""
+    if verdict.outcome not in (Outcome.SYNCHRONISED, Outcome.NOT_SYNCHRONISED) or verdict.locking is None:
+        return
+    speeds = np.abs(list(verdict.locking.final_speeds.values()))
+    # The torque that passes between two rotors varies with their phases as a sine: it is as large from any of them.
+    if verdict.outcome is not Outcome.SYNCHRONISED and (len(speeds) > 2 or np.ptp(speeds) > _NEARLY * speeds.mean()):
+        return
+    margin = SynchronisationMargin.of(machine, float(speeds.mean()), verdict.locking.phases)
+    if margin is not None:
+        for name, ((value,), words, *unit) in synchronisation_columns([margin]).items():
+            a.number(name, value, words, *unit)
+        a.line("synchronism", margin_in_words(margin))
 
 
 def _tell_end(a: Answer, verdict: Verdict, depth: float | None, mark: Mark) -> None:
@@ -231,41 +239,6 @@ def _tell_end(a: Answer, verdict: Verdict, depth: float | None, mark: Mark) -> N
         period = f"period {{modulation_period:.5g}}, {turns:.4g} turns"
         period += "" if depth is None else ", +-{modulation_depth:.2g%} of the speed averaged over turns"
         a.line("modulation", period + mark("modulation_period", "modulation_depth"))
-
-
-def _state_vibration(
-    a: Answer, motion: Motion, row: Mapping[str, Any], noise: Noise, deck: float | None, mark: Mark
-) -> Throw | None:
-    """State the motion of the carrier's centre of mass in the last window; None without units, or if it only turns."""
-    machine, time, inside = motion.case.machine, row["time"], _window(row["time"], motion.verdict)
-    if not {"x", "y"} & set(machine.labels) or machine.dimensionless or np.count_nonzero(inside) < _FEWEST:
-        return None
-    zero = np.zeros(len(time))
-    place, velocity, forces = (  # (2, N), zero where the carrier cannot move
-        np.array([dict(zip(machine.labels, row[name], strict=True)).get(way, zero) for way in "xy"])
-        for name in ("displacement", "velocity", "bearing_force")
-    )
-    place, velocity, late_forces = (np.compress(inside, vector, axis=1) for vector in (place, velocity, forces))
-    throw = Throw.from_samples(time[inside], place, velocity, deck).beyond(noise.angle * motion.observation.largest)
-    force = noise.without(largest_of(late_forces), largest_of(forces))
-    a.number("bearing_force", force, "largest force of all bodies together on the carrier", "N")
-    for name, value in throw.numbers.items():
-        a.number(name, value, *NUMBERS[name], headline=name == "machine_number")
-    if deck is not None:
-        normal = "largest acceleration normal to the deck over that of gravity"
-        a.number("deck", deck, "inclination of the deck", "rad")
-        a.number("throw_number", throw.throw_number(deck), normal)
-    if throw.machine_number < _GENTLE and deck is None:
-        return throw
-    ratio, direction = throw.ratio or 0.0, throw.numbers["throw_direction"]
-    way = "" if direction is None else f" at {math.degrees(direction):.1f}\u00b0"
-    shape = f"{way}, {number_text(throw.stroke * ratio, 'm')} across" if ratio < _CIRCLE else " on a circle"
-    of_deck = "" if deck is None else f"; throw number {{throw_number:.3g}} of a deck at {math.degrees(deck):.3g}\u00b0"
-    acceleration = f"{throw.acceleration:.4g} m/s\u00b2, machine number {{machine_number:.3g}}{of_deck}"
-    a.line("stroke", f"{{stroke}} peak to peak{shape}{mark('stroke', 'throw_direction', 'throw_ratio')}")
-    a.line("acceleration", acceleration + mark("acceleration", "machine_number", "throw_number"))
-    a.line("force", f"{force_text(force)} at most, of the bodies on the carrier{mark('bearing_force')}")
-    return throw
 
 
 def _state_contacts(a: Answer, motion: Motion, mark: Mark) -> None:

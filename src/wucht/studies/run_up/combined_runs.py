@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -12,19 +11,10 @@ import numpy as np
 
 from wucht.dynamics.run_ups.deviations import compared_motion, deviations_by_angle, deviations_by_phase
 from wucht.dynamics.run_ups.run_up import Motion
-from wucht.results.formatting import number_text
 from wucht.results.quantities import Quantity
 from wucht.studies.answer import Answer
 
 _COMPARED_VARIABLES = ("angle", "speed", "amplitude", "phase", "rotor_phase", "radius")
-
-
-def printed_number(a: Answer, value: float | None, unit: str) -> str:
-    """Return a number as it is printed, without a unit for a dimensionless machine."""
-    if value is None or not math.isfinite(value):
-        return "none"
-    is_dimensionless = not a.unit("speed")
-    return str(number_text(value, "" if is_dimensionless else unit, "", is_dimensionless))
 
 
 def state_averaged(a: Answer, motions: Sequence[Motion], slow: Answer) -> None:
@@ -60,8 +50,8 @@ def state_averaged(a: Answer, motions: Sequence[Motion], slow: Answer) -> None:
 
 def end_in_words(a: Answer, summary: Mapping[str, Any]) -> str:
     """Return the final speed and amplitude of a run."""
-    amplitude = printed_number(a, summary["final_amplitude"], summary["amplitude_unit"])
-    return f"{printed_number(a, summary['final_speed'], 'rad/s')}, amplitude {amplitude}"
+    amplitude = a.in_words(summary["final_amplitude"], summary["amplitude_unit"])
+    return f"{a.in_words(summary['final_speed'], 'speed')}, amplitude {amplitude}"
 
 
 def _pad(values: Any, length: int) -> np.ndarray:

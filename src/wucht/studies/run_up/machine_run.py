@@ -24,7 +24,7 @@ from wucht.results.quantities import Quantity, group
 from wucht.studies.answer import Answer
 from wucht.studies.limit_set_variables import state_machine_limit_set
 from wucht.studies.run_up.answer import fill_motion
-from wucht.studies.run_up.combined_runs import end_in_words, printed_number, state_averaged, state_cases, variables_of_cases
+from wucht.studies.run_up.combined_runs import end_in_words, state_averaged, state_cases, variables_of_cases
 
 _SHARE_BESIDE_CONTACTS = 0.4  # of the work in a run, where it may be made again with stiffer contacts
 _MOST_SAMPLES = 20_000  # of each of many runs
@@ -121,8 +121,8 @@ class MachineRun:
             if "slow" in s:
                 deviation, far = s["deviations"]["at_equal_angle"], ""
                 if deviation is not None:
-                    amplitude = printed_number(a, deviation["amplitude"], s["amplitude_unit"])
-                    far = f"; deviation {printed_number(a, deviation['speed'], 'rad/s')}, {amplitude} at most"
+                    amplitude = a.in_words(deviation["amplitude"], s["amplitude_unit"])
+                    far = f"; deviation {a.in_words(deviation['speed'], 'speed')}, {amplitude} at most"
                 a.line(f"{_SLOW:{width}}  {s['slow']['outcome']:20} {end_in_words(a, s['slow'])}{far}", "")
         variables = [{q.name: q for q in r.quantities if q.dimensions is not None} | _abscissae(r, self.over) for r in results]
         a.add([*variables_of_cases(variables, _VARIABLES_OF_CASES, _MOST_SAMPLES), variables[0]["body"]])

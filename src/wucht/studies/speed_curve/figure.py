@@ -14,6 +14,7 @@ from wucht.plots.stability_lines import Symbol, draw_kinds, entry, equal_stretch
 from wucht.plots.style import COLOURS, GREY, GUIDE, shades
 from wucht.results.attributes import number_in, text_in
 from wucht.results.formatting import label, parameter_in_words, printed_unit, units_in_print, with_unit
+from wucht.results.report import answer_in_print
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,7 +56,7 @@ def speed_figure(result: xr.Dataset) -> Figure:
     """
     vibrates, plane = "amplitude" in result and bool((result.amplitude.values > 0).any()), "curve_value" in result
     panels = 1 + vibrates + plane
-    fig, axes = new_figure(panels, result.attrs["title"], result.attrs["sentence"], 2.5 if panels > 1 else 3.4)
+    fig, axes = new_figure(panels, result.attrs["title"], answer_in_print(result), 2.5 if panels > 1 else 3.4)
     colours, line_codes = _colours(result), set[int]()
     ratio = _ratio(result)
     _branches(axes[0], result, "speed", ratio, colours, line_codes)
@@ -273,9 +274,9 @@ def _legend(colours: dict[str, str], line_codes: set[int], result: xr.Dataset) -
     if result.sizes["own"]:
         value_text = _with_its_unit(f"{result.wucht.summary['value']:.5g}", text_in(result, "along_unit"))
         value = (
-            f"as it is: {value_text}"
+            f"present: {value_text}"
             if "." in text_in(result, "along")
-            else f"as it is:\n{text_in(result, 'along_symbol')} = {value_text}"
+            else f"present:\n{text_in(result, 'along_symbol')} = {value_text}"
         )
         handles.append(entry(value, **GUIDE))
     return handles

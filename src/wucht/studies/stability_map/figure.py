@@ -13,6 +13,7 @@ from wucht.plots.sheet import LETTER, legend_beside, new_figure
 from wucht.plots.stability_lines import draw_region, field
 from wucht.plots.style import COLOURS, GREY
 from wucht.results.attributes import number_in, text_in
+from wucht.results.report import answer_in_print
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,7 +32,7 @@ _LABEL_WIDTH, _WIDTH_SHARE = 20, 0.48  # characters of a region's name in a line
 
 def map_figure(result: xr.Dataset) -> Figure:
     """Draw the plane of both parameters, from a stability map's Dataset alone."""
-    fig, (axis,) = new_figure(1, result.attrs["title"], result.attrs["sentence"], _HEIGHT)
+    fig, (axis,) = new_figure(1, result.attrs["title"], answer_in_print(result), _HEIGHT)
     axis.grid(visible=False)
     handles = [*_regions(axis, result), *_boundaries(axis, result), *_marks(axis, result)]
     limits = {"xlim": (number_in(result, "low"), number_in(result, "high"))}

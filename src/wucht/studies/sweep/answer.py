@@ -86,17 +86,17 @@ def state_sweep(question: SweepQuestion, observables: Observables, course: Sweep
         a.line(*observables.last_line)
     if course.failure or not course.is_complete:
         a.sentence = "the sweep failed" if course.failure else "the sweep was interrupted"
-        a.verdict = a.sentence.upper()
         a.warn(course.failure or "the sweep is not finished: jumps may be missing")
         return
     changes = [f"at {parameter.value_text(j.value)} {SENSE[j.direction]} {j.change}" for j in course.jumps]
-    a.verdict = {0: "NO JUMP", 1: "ONE JUMP"}.get(len(changes), f"{len(changes)} JUMPS")
+    count = {0: "NO JUMP", 1: "ONE JUMP"}.get(len(changes), f"{len(changes)} JUMPS")
     if not changes:
         follows = f"the {observables.follower} follows {parameter.sentence_name} between {low:.5g} and {high:.5g}"
-        changes = [f"no jump: {follows}"]
+        changes = [follows]
     if len({j.direction for j in course.jumps}) < 2 and dependence:  # which two jumps tell by themselves
         changes.append(dependence)
-    a.sentence = "; ".join(changes)
+    text = "; ".join(changes)
+    a.sentence, a.verdict = text if course.jumps else f"no jump: {text}", f"{count}: {text}"
 
 
 def _state_jumps(a: Answer, parameter: Parameter, observables: Observables, course: SweepCourse) -> None:

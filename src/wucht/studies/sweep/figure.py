@@ -12,6 +12,7 @@ from wucht.plots.stability_lines import entry
 from wucht.plots.style import COLOURS, FREE, GUIDE, line_style
 from wucht.results.attributes import text_in
 from wucht.results.formatting import label, parameter_in_words, printed_unit, with_unit
+from wucht.results.report import answer_in_print
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,7 +31,7 @@ def sweep_figure(result: xr.Dataset) -> Figure:
     is_machine = "speed" in result
     states = [] if is_machine else np.flatnonzero(result.is_angle.values == 0)[:_MOST_PANELS].tolist()
     panels, height = (2, _PANEL) if is_machine else (max(len(states), 1), _PANEL_OF_STATES)
-    fig, axes = new_figure(panels, result.attrs["title"], _subtitle(result), height)
+    fig, axes = new_figure(panels, result.attrs["title"], answer_in_print(result), height)
     if is_machine:
         _draw_speed(axes[0], result)
         _draw_amplitude(axes[1], result)
@@ -42,15 +43,6 @@ def sweep_figure(result: xr.Dataset) -> Figure:
         legend_below(fig, _entries(result))
     axes[-1].set_xlabel(with_unit(_parameter_words(result), result.attrs.get("along_unit", "")))
     return fig
-
-
-def _subtitle(result: xr.Dataset) -> str:
-    """Values of the jumps; without jumps the answer in words."""
-    jumps, along, unit = result.wucht.summary["jumps"], text_in(result, "along"), result.attrs.get("along_unit", "")
-    if not jumps or not result.attrs["finished"]:
-        return str(result.attrs["sentence"])
-    values = [f"{f'{j[along]:.6g} {unit}'.rstrip()} ({SENSE[j['direction']]})" for j in jumps]
-    return f"it jumps at {_parameter_words(result)} = {' and '.join(values[:2])}" + (", ..." if len(values) > 2 else "")
 
 
 def _parameter_words(result: xr.Dataset) -> str:

@@ -10,14 +10,16 @@ from typing import Any
 import numpy as np
 
 from wucht.analysis.configurations.averaged_stability import REGIONS, Regions
-from wucht.analysis.configurations.configuration import NAMES, STABLE, STABLE_SLOW, UNDECIDED, Configuration
+from wucht.analysis.configurations.configuration import NAMES, STABLE, STABLE_SLOW, UNDECIDED, UNSTABLE, Configuration
 from wucht.analysis.configurations.search import StateSearch
 from wucht.analysis.configurations.torques import SteadyTorques
+from wucht.analysis.synchronising_torque import SynchronisationMargin, has_exciters
 from wucht.analysis.throw import NUMBERS, Throw
 from wucht.analysis.vibration import unbalances
 from wucht.machines.machine import Machine
 from wucht.studies.answer import Answer
 from wucht.studies.motion_variables import state_natural_vibrations
+from wucht.studies.synchronisation_variables import margin_in_words, synchronisation_columns
 from wucht.studies.synchronous_states.figure import select_states
 
 _NOTHING = {float: math.nan, int: -1}  # where the summary has None
@@ -58,7 +60,7 @@ def state_synchronous(
     a.line("speed", "{speed}, given")
     a.number("range", speeds and [sense * w for w in speeds], "lowest and highest speed of the search", "speed")
     a.number("full", is_full, "whether the multipliers of the full equations are computed")
-    _state_configurations(a, machine, states, is_full=is_full, is_speed_given=fixed_speed is not None)
+    _state_configurations(a, torques.machine, states, is_full=is_full, is_speed_given=fixed_speed is not None)
     _state_bodies(a, machine, torques, states)
     a.number("complete", search.complete, "whether these are proved to be all states")
     a.number("shown", search.evidence, "evidence for that")
@@ -103,6 +105,7 @@ def _state_configurations(
         "growth_full": ([full for _, full in growths], "fastest growth in the full equations", rate),
         "why": ([c.reason for c in states], "reason why the equations disagree or do not decide", ""),
     }  # fmt: skip
+    margins = [None if c.verdict.startswith(UNSTABLE) else SynchronisationMargin.of(machine, c.speed, c.phases) for c in states]
     a.curve("state", np.arange(len(states)), "state")
     for name, kind in _VARIABLES.items():
         values, what, unit = columns[name]
@@ -111,16 +114,22 @@ def _state_configurations(
     rows = [dict(zip(columns, row, strict=True)) for row in zip(*(values for values, *_ in columns.values()), strict=True)]
     rows = [row | ({} if c.throw is None else c.throw.numbers) for row, c in zip(rows, states, strict=True)]
     parts = {name: (what, unit) for name, (_, what, unit) in columns.items()} | NUMBERS
+    if has_exciters(machine):
+        of_margins = synchronisation_columns(margins)
+        rows = [row | {name: of[k] for name, (of, *_) in of_margins.items()} for k, row in enumerate(rows)]
+        parts |= {name: (what, a.unit(*unit)) for name, (_, what, *unit) in of_margins.items()}
     a.number("states", rows, "steady phase configurations", parts=parts)
     for k in select_states([c.verdict for c in states], _MOST):
         c, at = states[k], f"states[{k}]"
-        name = (c.name or "no name") + (f" ({c.type})" if c.type else "")
+        name = (c.name or f"state {k + 1}") + (f" ({c.type})" if c.type else "")
         place = "" if is_speed_given else " at {speed}"
         a.line(f"{name:18} ", f"{_stability(c, is_full)}{place}: {_description(c)}", at=at)
         if is_full:
             a.line("", "{why}", at=at)
         if c.throw is not None and c.throw.machine_number >= _GENTLE and not c.verdict.startswith("unstable"):
             a.line("", _throw_in_words(c.throw))
+        if (margin := margins[k]) is not None:
+            a.line("", margin_in_words(margin), at=at)
     if len(states) > _MOST:
         a.line(f"and {len(states) - _MOST} more: see the Dataset", "")
 
@@ -133,14 +142,18 @@ def _stability(c: Configuration, is_full: bool) -> str:
 
 
 def _description(c: Configuration) -> str:
-    """Return the text on a state, with a field for its residual unbalance. A phase that is rounded to a whole turn is 0."""
-    degrees = {body: round(math.degrees(phase), 2) % 360 for body, phase in c.phases.items()}
-    angles = ", ".join(f"{body} {phase:.2f}\u00b0" for body, phase in degrees.items())
+    """Return the text on a state, with a field for its residual unbalance."""
     residual = "" if c.share is None else ", {residual_share:%} of the unbalance remains"
     family = f", one of a family of dimension {c.state.dimension}" if c.state.dimension else ""
     several = f", {c.state.multiplicity} ways" if c.state.multiplicity > 1 and not family else ""
     overlap = ", but bodies of a track would overlap" if c.overlapping else ""
-    return f"{angles}{residual}{family}{several}{overlap}"
+    return f"{_angles(c, 2)}{residual}{family}{several}{overlap}"
+
+
+def _angles(c: Configuration, decimals: int) -> str:
+    """Return the phases of a state as text. One that is rounded to a whole turn is 0."""
+    degrees = {body: round(math.degrees(phase), decimals) % 360 for body, phase in c.phases.items()}
+    return ", ".join(f"{body} {phase:.{decimals}f}\u00b0" for body, phase in degrees.items())
 
 
 def _throw_in_words(throw: Throw) -> str:
@@ -207,7 +220,10 @@ def _sentence(states: Sequence[Configuration], *, is_full: bool) -> str:
 
 
 def _name_counts(states: Sequence[Configuration]) -> str:
-    """Return the names of states, each with its count."""
-    counts = Counter(c.name or "without a name" for c in states)
-    order = [n for n in (*NAMES, "without a name") if n in counts]
-    return ", ".join(f"{n} ({counts[n]})" if counts[n] > 1 else n for n in order)
+    """Return the names of states, each with its count; of one that has none its phases, of several how many they are."""
+    counts = Counter(c.name for c in states if c.name)
+    named = [f"{n} ({counts[n]})" if counts[n] > 1 else n for n in NAMES if n in counts]
+    nameless = [c for c in states if not c.name]
+    if len(nameless) == 1:
+        return ", ".join([*named, _angles(nameless[0], 0)])
+    return ", ".join([*named, *([f"{len(nameless)} {'others' if named else 'of them'}"] if nameless else [])])

@@ -14,10 +14,11 @@ import numpy as np
 from wucht.plots.machine_drawing import MachineShape, shape_in_result
 from wucht.plots.page import current_page, small
 from wucht.plots.scales import name_speeds
-from wucht.plots.sheet import legend_beside, legend_over, new_grid
+from wucht.plots.sheet import legend_beside, legend_over, new_grid, write_counts
 from wucht.plots.stability_lines import draw_region, entry, field
 from wucht.plots.style import COLOURS, GREY
 from wucht.results.attributes import number_in
+from wucht.results.report import answer_in_print
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,12 +56,19 @@ def figure(result: xr.Dataset) -> Figure:
     """Draw, from the Dataset alone, the force balances of up to 12 states, and below them the stability map if any."""
     states, has_map, deck = select_states(result.verdict.values.tolist(), _MOST), "map_stable" in result, _deck_shape(result)
     rest = result.sizes["state"] - len(states)
-    heading = str(result.attrs["sentence"]) + (f" ({rest} more are not drawn)" if rest else "")
     columns, row = (_COLUMNS, _ROW) if deck is None else (_NARROW, _DECK)
     heights = (*[row] * math.ceil(len(states) / (columns if current_page().columns >= columns else _NARROW)), _MAP)
     fig, axes = new_grid(
-        len(states) + has_map, result.attrs["title"], heading, columns=columns, narrow=_NARROW, heights=heights, last=has_map
+        len(states) + has_map,
+        result.attrs["title"],
+        answer_in_print(result),
+        columns=columns,
+        narrow=_NARROW,
+        heights=heights,
+        last=has_map,
     )
+    if rest:
+        write_counts(fig, f"{rest} more states are not drawn")
     for axis, k in zip(axes, states, strict=False):
         if deck is None:
             _force_balance(axis, result, k)

@@ -8,7 +8,7 @@ import numpy as np
 
 from wucht.plots.scales import name_speeds, printed_values
 from wucht.plots.several_runs import draw_runs
-from wucht.plots.sheet import draw_panels, leading_clauses
+from wucht.plots.sheet import draw_panels
 from wucht.plots.stability_lines import draw_classes
 from wucht.plots.style import COLOURS, FREE, GREY, line_style
 from wucht.results.formatting import abscissa_label, label
@@ -27,7 +27,7 @@ def figure(result: xr.Dataset) -> Figure:
     """Draw two panels (three if the carrier moves) from a voltage dip's Dataset alone."""
     moves = bool(np.nanmax(result.amplitude.values, initial=0.0) > 0)
     panels = [_speed, *([_amplitude] if moves else []), *([_ends] if result.sizes["dip"] else [])]
-    return draw_panels(result, panels, subtitle=leading_clauses(result.attrs["sentence"]), columns=1)[0]
+    return draw_panels(result, panels, columns=1)[0]
 
 
 def _courses(result: xr.Dataset) -> list[tuple[int, dict[str, Any]]]:
