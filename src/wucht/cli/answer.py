@@ -35,7 +35,8 @@ class DesignerQuestion:
 class Answers:
     """Answers so far, by the kind of study.
 
-    documents: contents of their summaries; sentences: as they are printed; refusals, failures: reasons why there is none, or not a complete one.
+    documents: contents of their summaries; sentences: as they are printed; refusals, failures: reasons why there is none, or
+    not a complete one.
     """
 
     documents: dict[str, dict[str, Any]] = field(default_factory=dict)
