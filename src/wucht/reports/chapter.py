@@ -91,8 +91,7 @@ def chapter(result: xr.Dataset, number: int, subject: SharedSubject | None = Non
     heading = title if subject is None else f"{number}. {accessor.study}{_other_title(result, subject)}"
     warnings = with_attempt_warnings(result, attempts.warnings).wucht.warnings
     without = () if everything else kind.study.trials
-    text_above = " ".join(text for _, text in entries)
-    tables = number_sections(result, without) if subject is None or everything else brief_numbers(result, text_above, without)
+    tables = number_sections(result, without) if subject is None or everything else brief_numbers(result, without)
     parts = [
         f"<h1>{html_text(heading, _TITLE)}</h1>",
         f'<p class="meta">Study {html_text(accessor.study)}: {html_text(kind.line)}</p>',

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 from wucht.reports.markup import html_table, html_text, section
 from wucht.reports.subject_section import MOST_ROWS, left_out, remarks, sentence_case
 from wucht.results.formatting import engineering_text, number_text, rpm_first
+from wucht.results.report import paths_in_report
+from wucht.results.result_tables import leaves
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,7 +23,6 @@ _FEW_ROWS, _IN_COLUMNS, _SHORT = (
     2,
     90,
 )  # of a brief chapter: rows of a table, those of one in columns, letters of a cell there
-_TELLING = 5  # letters of a number by which it is found in the lines above
 _MOST_NUMBERS = 6  # of a list in a cell
 _HEADLINES = 3  # of a result on the first page
 
@@ -51,17 +52,15 @@ def number_sections(result: xr.Dataset, without: Collection[str] = ()) -> list[s
     return [section("Numbers", numbers), *tables]
 
 
-def brief_numbers(result: xr.Dataset, text_above: str, without: Collection[str] = ()) -> list[str]:
-    """The same on less paper: without numbers that the lines above tell already, small tables in columns, of long ones a part.
-
-    text_above: the lines above, as HTML.
-    """
-    accessor = result.wucht
+def brief_numbers(result: xr.Dataset, without: Collection[str] = ()) -> list[str]:
+    """The same on less paper: without the numbers of the lines above, small tables in columns, of long ones the first rows."""
+    accessor, shown = result.wucht, paths_in_report(result)
     dimensionless = accessor.dimensionless
+    without = {*without, *(key for key, value in accessor.summary.items() if _is_shown(key, value, shown))}
     cells = [(html_text(name), _printed_cell(value, facts, accessor)) for name, value, facts in _single(accessor, without)]
-    cells = [(name, cell) for name, cell in cells if not (len(cell) >= _TELLING and cell in text_above)]
     narrow = [html_table([row for row in cells if len(row[1]) <= _SHORT], row_heads=True, kind="long")]
-    broad = [html_table([row for row in cells if len(row[1]) > _SHORT], row_heads=True, kind="entries wide")]
+    long = [(name, cell.replace("<br>", "; ")) for name, cell in cells if len(cell) > _SHORT]
+    broad = [html_table(long, row_heads=True, kind="entries wide")]
     pairs = list[str]()
     for name, rows, parts in _lists(accessor, without):
         if len(rows) <= _IN_COLUMNS:
@@ -71,6 +70,13 @@ def brief_numbers(result: xr.Dataset, text_above: str, without: Collection[str] 
             broad.append(section(name, _rows_table(rows, parts, dimensionless, _FEW_ROWS), level=3))
     columns = [_columns_block(narrow, "parts"), _columns_block(pairs, "parts two")]
     return [section("Further numbers", *columns, *broad)]
+
+
+def _is_shown(key: str, value: Any, paths: Collection[str]) -> bool:
+    """True if the lines of the report show a value, or all numbers in it. A list of tables is a table of its own."""
+    if _is_list_of_tables(value) and value:
+        return False
+    return key in paths or all(path in paths for path, leaf in leaves(value, key) if leaf is not None)
 
 
 def _columns_block(tables: Sequence[str], kind: str) -> str:
@@ -155,7 +161,9 @@ def _cell(value: Any, facts: Mapping[str, Any], dimensionless: bool) -> str:
         inner = {
             name: _cell(one, parts.get(name, facts), dimensionless) for name, one in value.items() if one not in (None, {}, [])
         }
-        return "<br>".join(f"{html_text(parts.get(name, {}).get('what', name))}: {cell}" for name, cell in inner.items())
+        is_inside = any(isinstance(one, Mapping) for one in value.values())
+        lines = (f"{html_text(parts.get(name, {}).get('what', name))}: {cell}" for name, cell in inner.items())
+        return "<br>".join(line.replace("<br>", ", ") if is_inside else line for line in lines)
     if isinstance(value, int | float):
         unit = str(facts.get("unit", ""))
         has_words = not unit or dimensionless or "/rad" in unit
