@@ -69,13 +69,13 @@ def answer(
     folder, purpose = out or Path("results") / short_name(study_file.path), _purpose(study_file)
     prepare_folder(folder, [_REPORT])
     questions, answers = list(_questions(study_file, purpose, folder)), Answers()
-    if not as_json:
-        typer.echo(f"{study_file.subject.title}: a {purpose}, {len(questions)} questions")
+    heading = f"{study_file.subject.title}: a {purpose}, {len(questions)} questions"
     with interrupt_check() as check:
         for number, question in enumerate(questions, 1):
             _ask(question, f"{number}/{len(questions)} {question.kind}", study, set_ or [], resume, answers, check)
             if not as_json:
-                _print_answer(question, answers)
+                for line in [*([heading] if number == 1 else []), *_answer_lines(question, answers)]:
+                    typer.echo(line)
             if answers.is_interrupted:
                 break
     if answers.refusals and not (answers.documents or answers.failures or answers.is_interrupted):
@@ -163,17 +163,14 @@ def _ask(
     answers.is_interrupted = not result.attrs["finished"] and not result.attrs["failure"]
 
 
-def _print_answer(question: DesignerQuestion, answers: Answers) -> None:
+def _answer_lines(question: DesignerQuestion, answers: Answers) -> Iterator[str]:
     kind = question.kind
     if kind in answers.failures:
-        text = f"failed: {answers.failures[kind]}"
+        yield f"  {kind:20} failed: {answers.failures[kind]}"
     elif kind in answers.refusals:
-        text = f"left out: {answers.refusals[kind].explanation}"
-    elif kind in answers.documents:
-        text = answers.sentences[kind]
-    else:
-        return
-    typer.echo(f"  {kind:20} {text}")
+        yield f"  {kind:20} left out: {answers.refusals[kind].explanation}"
+    elif kind in answers.sentences:
+        yield f"  {kind:20} {answers.sentences[kind]}"
 
 
 def _ending(answers: Answers, count: int) -> tuple[str, int]:

@@ -54,9 +54,9 @@ def number_sections(result: xr.Dataset, without: Collection[str] = ()) -> list[s
 
 def brief_numbers(result: xr.Dataset, without: Collection[str] = ()) -> list[str]:
     """The same on less paper: without the numbers of the lines above, small tables in columns, of long ones the first rows."""
-    accessor, shown = result.wucht, paths_in_report(result)
+    accessor, paths = result.wucht, paths_in_report(result)
     dimensionless = accessor.dimensionless
-    without = {*without, *(key for key, value in accessor.summary.items() if _is_shown(key, value, shown))}
+    without = {*without, *(key for key, value in accessor.summary.items() if _is_shown(key, value, paths))}
     cells = [(html_text(name), _printed_cell(value, facts, accessor)) for name, value, facts in _single(accessor, without)]
     narrow = [html_table([row for row in cells if len(row[1]) <= _SHORT], row_heads=True, kind="long")]
     long = [(name, cell.replace("<br>", "; ")) for name, cell in cells if len(cell) > _SHORT]
