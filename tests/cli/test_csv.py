@@ -84,14 +84,19 @@ def test_other_forms_of_a_result(wucht: Command, refused: Callable[..., str], st
     assert (
         wucht("run", "study.toml", "-o", "out", "--csv", "--decimal", "comma", "--set", "study.until=0.01", "--json").code == 0
     )
-    done = wucht("export", "out", "--csv", "--decimal", "comma", "--xlsx", "-o", "again")
+    done = wucht("export", "out", "--csv", "--decimal", "comma", "--xlsx", "--all", "-o", "again")
     assert done.out.splitlines() == [f"again/run-up{end}" for end in ("-time.csv", "-numbers.csv", ".xlsx")]
     options = {"sep": ";", "decimal": ","}
     over_time = pd.read_csv("again/run-up-time.csv", **options)
     stored = load("out").wucht.table("time")
     pd.testing.assert_frame_equal(over_time, stored, check_exact=True)
     pd.testing.assert_frame_equal(pd.read_csv("out/run-up-time.csv", **options), stored, check_exact=True)
-    pd.testing.assert_frame_equal(pd.read_excel("again/run-up.xlsx", sheet_name="time"), stored, check_dtype=False, rtol=1e-15)
+    samples = pd.read_excel("again/run-up.xlsx", sheet_name="all samples")
+    pd.testing.assert_frame_equal(samples, stored, check_dtype=False, rtol=1e-15)
+    assert wucht("export", "out", "--xlsx", "-o", "brief").code == 0
+    assert pd.ExcelFile("brief/run-up.xlsx").sheet_names == ["answers", "over time", "numbers"]
+    refused("export", "out", "--all", says=("--all", "--xlsx"))
+    refused("export", "out", "--csv", "--all", says=("--all", "--xlsx"))
     refused("export", "out", says=("out/result.nc: run-up", "cannot be exported", "wucht export out --csv, or --xlsx"))
     refused("export", "out", "--xlsx", "--decimal", "comma", says=("--decimal", "comma", "--csv"))
     refused("compare", "study.toml", "study.toml", "--decimal", "comma", says=("--decimal", "comma", "--csv"))

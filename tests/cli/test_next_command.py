@@ -10,7 +10,9 @@ from typing import Any
 
 import pytest
 
+import wucht as package
 from wucht.cli.options import parse_settings
+from wucht.studies.machine_facts import facts_of_machine, motors_that_start
 from wucht.studies.registry import studies
 from wucht.studies.study_file import read_study
 
@@ -18,6 +20,8 @@ Command = Callable[..., Any]
 Study = Callable[..., Path]
 
 _NUMBERS = {"advised_time": 2.5}  # of a summary, that settings name
+_HEAVY = {"starting_torque": {"drum": 2.0}, "weight_moment": {"drum": 3.0}, "load_torque": {"drum": 1.0}}
+_EXCITERS = "practice/screen"
 _DRIVEN_CAM = "practice/carton-pusher"  # with the shaft that a prediction needs
 
 
@@ -40,9 +44,13 @@ def test_every_proposed_question_is_accepted_for_a_file_of_its_study(here: Path)
         asked = read_study(name, chosen)
         for question in asked.spec.next_questions:
             summary = _NUMBERS | ({"outcome": question.outcomes[0]} if question.outcomes else {})
-            settings = question.settings_after(summary, asked.spec.to_table())
+            has_rotors = "synchronised" in question.outcomes  # which ends so with several rotors only
+            of_file, its = (_EXCITERS, read_study(_EXCITERS, {"study.kind": kind})) if has_rotors else (name, asked)
+            known = its.spec.to_table() | facts_of_machine(its.subject)
+            known["motors_that_start"] = motors_that_start(its.subject, _HEAVY)
+            settings = question.settings_after(summary, known)
             assert settings is not None, kind
-            following = read_study(name, parse_settings([f"{key}={value}" for key, value in settings.items()]))
+            following = read_study(of_file, parse_settings([f"{key}={value}" for key, value in settings.items()]))
             assert following.spec.kind == settings.get("study.kind", kind)
             following.spec.prepare(following.subject)
 
@@ -65,6 +73,75 @@ def test_the_command_of_a_run_can_be_run(wucht: Command, study: Study) -> None:
     second = wucht(*words, "--set", "study.until=0.2")
     assert second.code == 0
     assert _next(second.out)[-1] == "study.kind=response"
+
+
+def _ends(wucht: Command, *words: str) -> tuple[str, list[str]]:
+    """The outcome of a run, and the command that it proposes."""
+    done = wucht(*words, "-o", "out")
+    assert done.code == 0, done.err
+    return package.load("out").wucht.summary["outcome"], _next(done.out)
+
+
+HANGING = """\
+[machine.carrier]
+mass = "40 kg"
+stiffness = "1e5 N/m"
+damping = "400 N s/m"
+gravity = "9.81 m/s^2"
+[[machine.bodies]]
+kind = "rotor"
+name = "r"
+mass = "10 kg"
+unbalance = "0.3 kg m"
+inertia = "0.05 kg m^2"
+bearing_damping = "0.01 N m s"
+"""
+LINEAR = '[machine.drive]\nkind = "linear"\nslope = "0.004 N m s"\nno_load_speed = "150 rad/s"\n'
+PLATE = """\
+[machine.drive]
+kind = "induction"
+[machine.drive.nameplate]
+power = "0.06 kW"
+speed = "1400 rpm"
+voltage = "400 V"
+frequency = "50 Hz"
+breakdown_torque_ratio = 2.8
+starting_torque_ratio = 1.8
+"""
+
+
+@pytest.mark.usefixtures("no_figures")
+@pytest.mark.parametrize("drive", [LINEAR, PLATE])
+def test_after_a_start_that_fails_a_motor_is_proposed_that_starts_it(wucht: Command, here: Path, drive: str) -> None:
+    """The weight of 0.3 kg m takes 2.94 N m: 0.6 N m of a linear drive, 0.737 N m by the nameplate are too little."""
+    Path("hanging.toml").write_text(HANGING + drive, encoding="utf-8")
+    outcome, command = _ends(wucht, "run", "hanging.toml")
+    assert outcome == "not-started"
+    key, _, value = command[-1].partition("=")
+    if drive is LINEAR:
+        assert key == "drive.slope" and float(value) == pytest.approx(0.3 * 9.81 / 150, rel=5e-3)
+    else:  # 2.94 N m over 1.8 times 60 W/(1400 rpm) = 0.409 N m: 240 W, and the next preferred power is 250 W
+        assert (key, value) == ("drive.nameplate.power", "0.25 kW")
+    assert _ends(wucht, *command)[0] != "not-started"
+
+
+@pytest.mark.usefixtures("no_figures")
+def test_after_a_capture_the_curve_over_the_motor_is_proposed(wucht: Command, here: Path) -> None:
+    captured = ("run", "drozdetskaya-2020/r1", "--set", "study.until=20")
+    outcome, command = _ends(wucht, *captured)
+    assert outcome == "captured-modulated"
+    assert {"study.kind=speed-curve", "study.along=drive.slope", "study.range=[0.00975, 0.0585]"} <= set(command)
+    assert wucht(*command, "-o", "curve").code == 0
+
+
+@pytest.mark.usefixtures("no_figures")
+def test_after_synchronised_exciters_the_failure_of_a_motor_is_proposed(wucht: Command, here: Path) -> None:
+    outcome, command = _ends(wucht, "run", "practice/screen")
+    assert outcome == "synchronised"
+    assert command[-1] == "study.kind=drive-failure"
+    done = wucht(*command, "-o", "failure")
+    assert done.code == 0
+    assert _next(done.out)[-1] == "study.kind=synchronous-states"
 
 
 @pytest.mark.usefixtures("no_figures")

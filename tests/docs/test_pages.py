@@ -83,7 +83,7 @@ def _wucht(words: list[str]) -> None:
     if words[0] in ("run", "equations"):
         _provide(given["study"])
         read_study(given["study"], parse_settings(given.get("set_") or []))
-    if words[0] == "new":
+    if words[0] == "new" and not given["ask"]:
         assert given["name"] in (*studies(), *names())
 
 

@@ -113,6 +113,71 @@ def test_several_results_have_a_chapter_each_and_a_table_of_contents(wucht: Comm
     assert [text.count(f"<h1>{title}") for title in ("For a customer", "Vibratory screen", "Angle grinder")] == [1, 1, 1]
 
 
+@pytest.fixture(scope="module")
+def of_one_machine(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Results about one machine, in another order than that of their names; in the last one its unbalance is another."""
+    folder = tmp_path_factory.mktemp("screen")
+    questions: list[dict[str, Any]] = [
+        {"study.kind": "torque-balance"}, {"study.kind": "synchronous-states", "study.full": False}, {"study.kind": "response"},
+        {"study.kind": "torque-balance", "e2.unbalance": 0.5},
+    ]  # fmt: skip
+    for k, question in enumerate(questions):
+        package.run_file("practice/screen", question, folder=folder / str(9 - k))
+    return [folder / str(9 - k) for k in range(len(questions))]
+
+
+def test_many_results_begin_with_the_answers_and_tell_the_machine_once(
+    wucht: Command, here: Path, of_one_machine: list[Path]
+) -> None:
+    text = _page(wucht, *map(str, of_one_machine))
+    page = Page(text)
+    loaded = [package.load(place).wucht for place in of_one_machine]
+    first_page = text[text.index("<nav>") : text.index("</nav>") + 6]
+    for k, result in enumerate(loaded, 1):
+        assert f'href="#r{k}"' in first_page and result.sentence.split(";")[0] in Page(first_page).text
+    assert "155.2 rad/s (1482 rpm)" in first_page, "a main number"
+    headings = [words for words in page.words if re.match(r"\d\. [a-z]", words)]
+    assert [words.split()[1].rstrip(":") for words in headings] == [result.study for result in loaded], "in the order given"
+    assert [attrs["aria-label"] for tag, attrs in page.elements if tag == "svg"].count(f"drawing of {loaded[0].title}") == 1
+    assert page.text.count("Mount 1, stiffness in y") == 1
+    assert len(re.findall(r"circuit of the nameplate", page.text)) == len({note.partition(": ")[2] for note in loaded[0].notes})
+    assert page.text.count("[machine.carrier]") == 1, "its file"
+    assert page.text.count("Different in this machine") == 1
+    different = text[text.index("Different in this machine") :]
+    assert "e2: Unbalance" in Page(different[different.index("<table") : different.index("</table>") + 8]).text
+    assert "Report on" not in page.text and f"<h1>{loaded[0].title}" in text
+
+
+def test_one_among_results_of_another_machine_has_its_own_drawing(
+    wucht: Command, here: Path, of_one_machine: list[Path], results: Path
+) -> None:
+    page = Page(_page(wucht, str(of_one_machine[0]), str(results / "grinder"), str(of_one_machine[1])))
+    assert sum(str(attrs.get("aria-label")).startswith("drawing of") for tag, attrs in page.elements if tag == "svg") == 2
+    assert "Machine of 1, 3: Vibratory screen" in page.text
+    assert "Report on 3 results" in page.text
+
+
+def test_candidates_that_were_not_chosen_are_left_out_unless_all_is_asked_for(
+    wucht: Command, here: Path, results: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from wucht.studies.cam_law import CamLaw
+
+    summary = load_result(results / "cam").wucht.summary | {"tried": [{"mass of a candidate": 1.5}]}
+    _changed(results / "cam", here / "search", summary=json.dumps(summary))
+    assert "Mass of a candidate" in _page(wucht, "search")
+    monkeypatch.setattr(CamLaw, "trials", ("tried",))
+    assert "Mass of a candidate" not in _page(wucht, "search")
+    assert "Mass of a candidate" in _page(wucht, "search", "--all")
+
+
+def test_the_searches_leave_out_their_trials() -> None:
+    from wucht.studies.registry import studies
+
+    assert studies()["exciter-design"].study.trials == ("runs", "polished")
+    assert studies()["optimise-balancer"].study.trials == ("compared",)
+    assert studies()["run-up"].study.trials == ()
+
+
 @pytest.mark.slow
 def test_no_identifier_occurs_twice_and_every_reference_has_its_target(wucht: Command, here: Path, results: Path) -> None:
     text = _page(wucht, str(results))

@@ -81,3 +81,20 @@ def test_all_text_is_there_as_text(printed: tuple[Path, bytes]) -> None:
     assert "speed (rad/s)" in text, "names of scales are text"
     screen = next(k for k, page in enumerate(pages) if "Study torque-balance" in page)
     assert pages[screen].lstrip().startswith("Vibratory screen"), "a chapter begins on a page"
+
+
+_TEN = (
+    {"study.kind": "run-up", "study.until": 10.0}, {"study.kind": "synchronous-states"}, {"study.kind": "torque-balance"},
+    {"study.kind": "response"}, {"study.kind": "drive-failure"}, {"study.kind": "start-stop"},
+    {"study.kind": "voltage-dip", "study.depth": 1.0}, {"study.kind": "coast-down"}, {"study.kind": "load-spectrum"},
+    {"study.kind": "run-up", "e2.unbalance": 0.5},
+)  # fmt: skip
+
+
+@pytest.mark.slow
+def test_ten_results_of_one_machine_are_at_most_15_pages(tmp_path: Path) -> None:
+    places = [tmp_path / str(k) for k in range(len(_TEN))]
+    for place, question in zip(places, _TEN, strict=True):
+        wucht.run_file("practice/screen", question, folder=place)
+    content = _objects(_print(write_report(places, tmp_path / "report.html"), tmp_path))
+    assert 8 <= len(re.findall(rb"/Type\s*/Page\b(?!s)", content)) <= 15

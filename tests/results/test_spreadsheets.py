@@ -107,7 +107,7 @@ def test_pandas_reads_every_table_as_it_is(tmp_path: Path, decimal_comma: bool, 
 def test_no_cell_of_a_workbook_is_a_formula(tmp_path: Path) -> None:
     result = made(coordinates={"body": variable("body", ["=1+1", "+2\x07"], "body"), "time": variable("time", [0.0, 1.0], "t")})
     result.attrs["study"] = "../x"
-    path = save_xlsx(result, tmp_path)
+    path = save_xlsx(result, tmp_path, everything=True)
     assert path.parent == tmp_path
     cells = [cell for sheet in openpyxl.load_workbook(path) for line in sheet.iter_rows() for cell in line]
     assert {cell.data_type for cell in cells} <= {"inlineStr", "s", "n"}
@@ -120,8 +120,105 @@ def test_a_table_larger_than_a_sheet_is_refused(tmp_path: Path) -> None:
     time = np.arange(1_048_576.0)
     result = made({"speed": variable("time", time, "speed", "rad/s")}, {"time": variable("time", time, "time", "s")})
     with refused("--xlsx", "1048576 rows", "--csv", code="too-large"):
-        save_xlsx(result, tmp_path)
+        save_xlsx(result, tmp_path, everything=True)
     assert list(tmp_path.iterdir()) == []
+
+
+COURSE = {"time": variable("time", np.linspace(0.0, 10.0, 5001), "time", "s"), "body": variable("body", ["e1", "e2"], "body"),
+          "direction": variable("direction", ["x", "r"], "direction")}  # fmt: skip
+
+
+def course() -> xr.Dataset:
+    """A run with 5001 samples: a speed that rises to 100 rad/s, a phase that turns on through 360 degrees, a vibration."""
+    time = COURSE["time"][1]
+    vibration = 2e-3 * np.sin(2 * np.pi * 50 * time)
+    data = {
+        "speed": variable("body time", [10 * time, -10 * time], "speed", "rad/s"),
+        "phase": variable("body time", [np.full_like(time, np.nan), np.mod(6.2 + 0.01 * time, 2 * np.pi)], "phase", "rad"),
+        "displacement": variable("direction time", [vibration, vibration], "displacement of the carrier (r: rad)", "m"),
+        "torque": variable("time", np.where(time < 5, np.nan, 1500.0), "torque", "N m"),
+    }
+    return made(data, COURSE)
+
+
+def sheets_of(path: Path) -> dict[str, list[tuple[Any, ...]]]:
+    return {sheet.title: list(sheet.iter_rows(values_only=True)) for sheet in openpyxl.load_workbook(path)}
+
+
+def test_the_course_over_time_has_means_and_limits_on_few_rows_in_the_units_of_the_trade(tmp_path: Path) -> None:
+    sheets = sheets_of(save_xlsx(course(), tmp_path))
+    assert list(sheets) == ["answers", "over time", "jumps", "numbers"]
+    head, *rows = sheets["over time"]
+    assert len(rows) == 500
+    columns = {name: np.array([row[k] for row in rows], float) for k, name in enumerate(head)}
+    time = columns["time, mean [s]"]
+    np.testing.assert_allclose(columns["speed e1, mean [rpm]"], 10 * time * 30 / np.pi, rtol=1e-12)
+    np.testing.assert_allclose(np.diff(time)[1:-1], 0.02, atol=1e-3)
+    # one period of the vibration in each interval: amplitude 2 mm about zero, and of the turning 0.002 rad
+    assert np.abs(columns["displacement x, mean [mm]"][1:-1]).max() < 0.05
+    np.testing.assert_allclose(columns["displacement x, largest [mm]"], 2.0, rtol=0.06)
+    np.testing.assert_allclose(columns["displacement x, least [mm]"], -2.0, rtol=0.06)
+    np.testing.assert_allclose(columns["displacement r, largest [deg]"], np.degrees(2e-3), rtol=0.06)
+    phases = np.degrees(6.2 + 0.01 * time) % 360
+    np.testing.assert_allclose(columns["phase e2, mean [deg]"], phases, atol=1e-6)
+    assert phases.max() > 355 and phases.min() < 5
+    assert (columns["phase e2, largest [deg]"] - columns["phase e2, least [deg]"]).max() < 0.02, "no jump by a turn"
+    torque = columns["torque, mean [kN m]"]
+    assert np.isnan(torque[time < 4.97]).all()
+    np.testing.assert_allclose(torque[time > 5.03], 1.5)
+
+
+def test_a_mean_is_weighted_with_the_time_for_which_a_sample_stands(tmp_path: Path) -> None:
+    """A torque of 1 kN m for the first hundredth of each second, sampled a hundred times as densely."""
+    time = np.concatenate([np.r_[k + np.linspace(0, 0.0099, 100), k + np.linspace(0.01, 0.99, 99)] for k in range(500)])
+    torque = np.where(time % 1 < 0.00995, 1000.0, 0.0)
+    result = made({"torque": variable("time", torque, "torque", "N m")}, {"time": variable("time", time, "time", "s")})
+    head, *rows = sheets_of(save_xlsx(result, tmp_path))["over time"]
+    assert head[1:] == ("torque, mean [kN m]", "torque, least [kN m]", "torque, largest [kN m]")
+    means = np.array([row[1] for row in rows])
+    np.testing.assert_allclose(means[1:-1], 0.01, rtol=0.6)
+    assert torque.mean() > 500
+
+
+def test_few_samples_are_written_as_they_are(tmp_path: Path) -> None:
+    time = np.linspace(0.0, 1.0, 500)
+    result = made({"speed": variable("time", 10 * time, "speed", "rad/s")}, {"time": variable("time", time, "time", "s")})
+    head, *rows = sheets_of(save_xlsx(result, tmp_path))["over time"]
+    assert head == ("time [s]", "speed [rpm]")
+    assert len(rows) == 500
+    assert rows[-1][1] == pytest.approx(10 * 30 / np.pi)
+    time = np.linspace(0.0, 1.0, 501)
+    result = made({"speed": variable("time", 10 * time, "speed", "rad/s")}, {"time": variable("time", time, "time", "s")})
+    head, *rows = sheets_of(save_xlsx(result, tmp_path))["over time"]
+    assert (len(head), len(rows)) == (4, 500)
+
+
+def test_all_samples_only_where_they_are_asked_for(tmp_path: Path) -> None:
+    assert "all samples" not in sheets_of(save_xlsx(course(), tmp_path))
+    sheets = sheets_of(save_xlsx(course(), tmp_path, everything=True))
+    assert list(sheets)[-1] == "all samples"
+    assert len(sheets["all samples"]) == 5002
+    assert sheets["all samples"][-1][:2] == (10.0, 100.0), "in SI, as in the CSV files"
+
+
+def test_answers_have_names_and_units_as_they_are_printed(tmp_path: Path) -> None:
+    numbers = [
+        Quantity("speed", 155.88, "mean speed", "rad/s"), Quantity("stroke", 8.8035e-3, "peak to peak", "m"),
+        Quantity("phases", {"e2": -1.556}, "mean phases", "rad"), Quantity("direction", -0.1, "direction from +x", "rad"),
+        Quantity("force", 109300.0, "largest force", "N"), Quantity("steady", True, "whether it is steady"),
+        Quantity("nothing", None, "what is missing", "m"),
+    ]  # fmt: skip
+    result = made().assign_attrs(result_dataset(numbers, "it turns").attrs, study="run-up")
+    head, *rows = sheets_of(save_xlsx(result, tmp_path))["answers"]
+    assert head == ("name", "value", "unit", "key")
+    assert rows == [
+        ("verdict", "it turns", None, "sentence"), ("mean speed", 1488.54, "rpm", "speed"),
+        ("peak to peak", 8.8035, "mm", "stroke"), ("mean phases: e2", 270.848, "deg", "phases.e2"),
+        ("direction from +x", -5.72958, "deg", "direction"), ("largest force", 109.3, "kN", "force"),
+        ("whether it is steady", 1, None, "steady"),
+    ]  # fmt: skip
+    dimensionless = result.assign_attrs(dimensionless=1)
+    assert sheets_of(save_xlsx(dimensionless, tmp_path))["over time"][0][:2] == ("time [s]", "speed drum [rad/s]")
 
 
 OFFICE = shutil.which("soffice")
@@ -134,7 +231,7 @@ GERMAN, ENGLISH = 1031, 1033  # languages of LibreOffice
 def test_libreoffice_reads_numbers_as_numbers(tmp_path: Path, form: str) -> None:
     """In a language with the same decimal sign; what it reads is written as XLSX and read by openpyxl."""
     result, separator, language = made(), *((";", GERMAN) if form == "comma" else (",", ENGLISH))
-    files = [save_xlsx(result, tmp_path)] if form == "xlsx" else save_csv(result, tmp_path, form == "comma")
+    files = [save_xlsx(result, tmp_path, everything=True)] if form == "xlsx" else save_csv(result, tmp_path, form == "comma")
     options = [f"--infilter=CSV:{ord(separator)},34,76,1,,{language},false,true"] if form != "xlsx" else []
     command = [str(OFFICE), "--headless", f"-env:UserInstallation={(tmp_path / 'profile').as_uri()}", *options]
     subprocess.run(
@@ -143,6 +240,10 @@ def test_libreoffice_reads_numbers_as_numbers(tmp_path: Path, form: str) -> None
     )  # fmt: skip
     books = [openpyxl.load_workbook(path) for path in sorted((tmp_path / "read").iterdir())]
     sheets = {sheet.title.removeprefix("run-up-"): list(sheet.iter_rows(values_only=True)) for book in books for sheet in book}
+    if form == "xlsx":
+        sheets["time"] = sheets.pop("all samples")
+        assert sheets.pop("answers")[3] == ("phases at the end: p, 1", pytest.approx(85.9437), "deg", "final_phases.p, 1")
+        assert sheets.pop("over time")[0][:2] == ("time [s]", "speed drum [rpm]")
     assert set(sheets) == {"numbers", "time", "jumps"}
     assert sheets["time"][0] == ("time [s]", "speed drum [rad/s]", "speed p, 1 [rad/s]", "power [W]", "word")
     assert sheets["time"][1] == (0, 0.1, None, 1, "'-1+2")

@@ -20,7 +20,15 @@ from wucht.file_names import printable
 
 # Typer brings its own click, so its base class of usage errors is reached through a subclass that Typer exports.
 _USAGE_ERROR = cast(type[Exception], typer.BadParameter.__base__)
-_WITH_LIBRARIES = ("run", "compare", "plot", "export", "report", "share")  # of numbers: the other commands do not load them
+_WITH_LIBRARIES = (
+    "run",
+    "answer",
+    "compare",
+    "plot",
+    "export",
+    "report",
+    "share",
+)  # of numbers: the other commands do not load them
 
 app = typer.Typer(
     name="wucht",
@@ -47,6 +55,7 @@ def _common(
 
 def register() -> None:
     """Give the app its commands."""
+    from wucht.cli.answer import answer
     from wucht.cli.compare import compare
     from wucht.cli.completion import completion
     from wucht.cli.equations import equations
@@ -61,8 +70,8 @@ def register() -> None:
 
     app.registered_commands.clear()
     commands: dict[str, Callable[..., None]] = {
-        "run": run, "compare": compare, "list": list_all, "new": new, "equations": equations, "plot": plot, "export": export,
-        "report": report, "share": share, "app": live_app, "completion": completion,
+        "run": run, "answer": answer, "compare": compare, "list": list_all, "new": new, "equations": equations, "plot": plot,
+        "export": export, "report": report, "share": share, "app": live_app, "completion": completion,
     }  # fmt: skip
     for name, command in commands.items():
         app.command(name)(_with_exit_errors(command, loads_libraries=name in _WITH_LIBRARIES))

@@ -18,14 +18,14 @@ def study_names(incomplete: str) -> list[str]:
 
 
 def listed_names(incomplete: str) -> list[str]:
-    """Studies, kinds of parts and catalogue names that begin with a word."""
-    from wucht.cli.list_name import kinds
+    """Groups, studies, kinds of parts and catalogue names that begin with a word."""
+    from wucht.cli.list_groups import group_names, groups
     from wucht.files.catalogue import names
     from wucht.studies.registry import studies
 
     return [
         name
-        for name in (*studies(), *(kind for of_kind in kinds().values() for kind in of_kind), *names())
+        for name in (*group_names(), *studies(), *(kind for of_kind in groups().values() for kind in of_kind), *names())
         if name.startswith(incomplete)
     ]
 

@@ -17,7 +17,13 @@ def export(
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Output folder; default beside the result.")] = None,
     csv: Annotated[bool, typer.Option("--csv", help="The tables and numbers of any result as CSV, with units.")] = False,
     decimal: DecimalOption = None,
-    xlsx: Annotated[bool, typer.Option("--xlsx", help="The same as one XLSX workbook, a sheet for each table.")] = False,
+    xlsx: Annotated[
+        bool,
+        typer.Option(
+            "--xlsx", help="One XLSX workbook: answers in mm, rpm and kN, the course over time on 500 rows, and tables."
+        ),
+    ] = False,
+    everything: Annotated[bool, typer.Option("--all", help="Of --xlsx: all samples over time as well.")] = False,
     import_: Imports = None,
 ) -> None:
     """Export a result: of a cam the points to mill, drawings and tables for controllers; of any study its tables."""
@@ -26,12 +32,14 @@ def export(
     from wucht.results.store import prepare_folder
     from wucht.studies.runner import export as export_files
 
+    if everything and not xlsx:
+        raise InputError("--all", None, "this is for the samples in a workbook; give --xlsx too")
     decimal_comma = is_decimal_comma(csv, decimal)
     dataset, file = load_result(result), result_file(result)
     folder = out or file.parent
     try:
         tables = [*(save_csv(dataset, prepare_folder(folder), decimal_comma) if csv else [])]
-        tables += [save_xlsx(dataset, prepare_folder(folder))] if xlsx else []
+        tables += [save_xlsx(dataset, prepare_folder(folder), everything)] if xlsx else []
         for table in tables if folder.absolute() == file.parent.absolute() else []:
             note_figure(table, dataset)
         lines = list(map(str, tables)) if csv or xlsx else export_files(dataset, folder)

@@ -88,7 +88,7 @@ def kinds() -> dict[str, Mapping[str, type]]:
     return {**parts, "dimensionless machines": models(), **of_cams}
 
 
-def describe_name(name: str, *, as_json: bool = False, every_key: bool = False) -> str:
+def describe_name(name: str, *, as_json: bool = False, every_key: bool = False, groups: Sequence[str] = ()) -> str:
     """Describe a study, a part, or a file of the catalogue as text.
 
     Parameters
@@ -99,6 +99,8 @@ def describe_name(name: str, *, as_json: bool = False, every_key: bool = False) 
         As one JSON object.
     every_key : bool
         All keys with their help, however long that is.
+    groups : sequence of str
+        Names of groups, which an error may suggest.
 
     Returns
     -------
@@ -115,7 +117,7 @@ def describe_name(name: str, *, as_json: bool = False, every_key: bool = False) 
     if name in names():
         facts = _catalogue_facts(name)
         return json.dumps(facts, indent=2, ensure_ascii=False) if as_json else "\n".join(_catalogue_lines(facts))
-    entries = _entries(name, names())
+    entries = _entries(name, names(), groups)
     if as_json:
         return json.dumps({"name": name, "tables": [e.json_table for e in entries]}, indent=2, ensure_ascii=False)
     whole = ["\n".join(_long_lines(entry)) for entry in entries]
@@ -131,7 +133,7 @@ def _fits(text: str) -> bool:
     return len(lines) <= LINES and max(map(len, lines)) <= WIDTH
 
 
-def _entries(name: str, catalogue: Sequence[str]) -> list[Entry]:
+def _entries(name: str, catalogue: Sequence[str], groups: Sequence[str]) -> list[Entry]:
     from wucht.files.catalogue import nearest_names
     from wucht.files.equal_bodies import keys_in_files
     from wucht.schema import prose_of
@@ -145,7 +147,7 @@ def _entries(name: str, catalogue: Sequence[str]) -> list[Entry]:
             states, page = getattr(cls, "internal_states", ()), f"{_PLACES[title][1]}/{cls.kind}.html"
             entries.append(Entry(name, title, prose_of(cls).replace("``", ""), keys_in_files(cls), states, page))
     if not entries:
-        every_name = {kind for of_kind in by_title.values() for kind in of_kind} | set(catalogue)
+        every_name = {kind for of_kind in by_title.values() for kind in of_kind} | {*catalogue, *groups}
         requirement = f"must be a study, a part or a catalogue name; {nearest_names(name, every_name)}"
         raise InputError("NAME", name, requirement)
     return entries

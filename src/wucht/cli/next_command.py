@@ -40,10 +40,12 @@ def next_command(
         The first question of the study's spec that follows from the answer and is accepted for the file; where there is none,
         the command that writes a report.
     """
+    from wucht.studies.machine_facts import facts_of_machine, motors_that_start
     from wucht.studies.next_question import next_settings
 
     accessor = result.wucht
-    proposals = () if name is None else next_settings(study.spec.next_questions, accessor.summary, accessor.spec)
+    facts = facts_of_machine(study.subject) | {"motors_that_start": motors_that_start(study.subject, accessor.summary)}
+    proposals = () if name is None else next_settings(study.spec.next_questions, accessor.summary, accessor.spec | facts)
     for new_settings, answer in proposals:
         combination = _merged_settings(study, settings, new_settings)
         if name is not None and combination is not None:

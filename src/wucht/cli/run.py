@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -27,6 +28,7 @@ from wucht.cli.options import (
 if TYPE_CHECKING:
     import xarray as xr
 
+    from wucht.cli.presenting import Presentation
     from wucht.studies.study_file import StudyFile
 
 
@@ -82,33 +84,14 @@ def run_and_print(
     study: its name; follow_up: a command that could follow, of the question, its result and its folder; out: the folder, if
     given; decimal_comma: of the CSV files; details: whether all lines of the report are printed, or the first ones.
     """
-    from wucht.cli.presenting import Presentation
-    from wucht.cli.progress import Progress
-    from wucht.cli.surroundings import interrupt_check
     from wucht.results.attempts import is_attempt_warning
-    from wucht.results.output_folder import SUMMARY
     from wucht.results.report import first_lines, text_in_print
-    from wucht.results.store import RESULT, to_json
+    from wucht.results.store import to_json
     from wucht.studies.memory import interruption
-    from wucht.studies.study_file import run_study
 
-    start_time = time.perf_counter()
-    with Progress(study) as progress, interrupt_check() as check:
-
-        def report(share: float, label: str) -> None:
-            progress.update(share, label)
-            check()
-
-        study_file = read_question()
-        folder = out or Path("results") / study_file.name
-        presentation = Presentation(
-            folder, style, format_, csv, decimal_comma, lambda result: follow_up(study_file, result, folder), start_time
-        )
-        files = (RESULT, *figure_names(study_file.spec.kind, format_), SUMMARY)
-        options = {"resume": resume, "progress": report, "scheduler": scheduler, "announce": progress.announce}
-        result = run_study(
-            study_file, folder=folder, files=files, write=presentation.write, summarise=presentation.summarise, **options
-        )
+    result, presentation = run_and_show(
+        study, read_question, follow_up, out, csv, resume, scheduler, style, format_, decimal_comma
+    )
     accessor = result.wucht
     if as_json:
         sys.stdout.write(to_json(presentation.document) + "\n")
@@ -121,10 +104,55 @@ def run_and_print(
         if not as_json or is_attempt_warning(warning):
             typer.echo(f"warning: {text_in_print(warning, result)}", err=True)
     if not as_json:
-        typer.echo(f"files: {folder}/{', '.join(presentation.names(result))}")
+        typer.echo(f"files: {presentation.folder}/{', '.join(presentation.names(result))}")
         if presentation.next_command:
             typer.echo(f"next: {presentation.next_command}")
     if not result.attrs["finished"]:
         failure = result.attrs["failure"]
-        sys.stderr.write(f"wucht: {interruption(folder, failure)}\n")
+        sys.stderr.write(f"wucht: {interruption(presentation.folder, failure)}\n")
         raise typer.Exit(1 if failure else 130)
+
+
+def run_and_show(
+    title: str,
+    read_question: Callable[[], StudyFile],
+    follow_up: Callable[[StudyFile, xr.Dataset, Path], str],
+    out: Path | None,
+    csv: bool = False,
+    resume: bool = False,
+    scheduler: str | None = None,
+    style: Style = DEFAULT_STYLE,
+    format_: list[Format] | None = None,
+    decimal_comma: bool = False,
+    check: Callable[[], None] | None = None,
+) -> tuple[xr.Dataset, Presentation]:
+    """Answer the question that is read and write the files, with progress under a title.
+
+    check: that of an ``interrupt_check`` around several questions; by default this one has its own. Others: see
+    ``run_and_print``.
+    """
+    from wucht.cli.presenting import Presentation
+    from wucht.cli.progress import Progress
+    from wucht.cli.surroundings import interrupt_check
+    from wucht.results.output_folder import SUMMARY
+    from wucht.results.store import RESULT
+    from wucht.studies.study_file import run_study
+
+    start_time = time.perf_counter()
+    with Progress(title) as progress, interrupt_check() if check is None else nullcontext(check) as raise_interrupt:
+
+        def report(share: float, label: str) -> None:
+            progress.update(share, label)
+            raise_interrupt()
+
+        study_file = read_question()
+        folder = out or Path("results") / study_file.name
+        presentation = Presentation(
+            folder, style, format_, csv, decimal_comma, lambda result: follow_up(study_file, result, folder), start_time
+        )
+        files = (RESULT, *figure_names(study_file.spec.kind, format_), SUMMARY)
+        options = {"resume": resume, "progress": report, "scheduler": scheduler, "announce": progress.announce}
+        result = run_study(
+            study_file, folder=folder, files=files, write=presentation.write, summarise=presentation.summarise, **options
+        )
+    return result, presentation

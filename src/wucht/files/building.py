@@ -19,10 +19,11 @@ from wucht.machines.machine import Machine
 from wucht.machines.models import models
 from wucht.machines.parts import attachments, bodies, carriers, drives, loads
 from wucht.machines.parts import bodies as body_kinds
+from wucht.machines.purpose import Purpose
 from wucht.schema import choice, fields_of, models_in, refuse_unknown, require_table, text, validate_table
 
 _PARTS = ("carrier", "bodies", "drive", "drives", "load", "loads", "attachments", "tracks")
-MACHINE_KEYS = ("title", "use", "set", "model", "parameters", *_PARTS, "mounts", "schedules")
+MACHINE_KEYS = ("title", "purpose", "use", "set", "model", "parameters", *_PARTS, "mounts", "schedules")
 
 
 def with_settings(document: Document, settings: Mapping[str, Any]) -> Document:
@@ -198,8 +199,15 @@ def machine_from(document: Document, title: str = "") -> Machine:
     refuse_unknown(document, MACHINE_KEYS, "machine")
     document = with_equal_bodies(with_settings(document, settings))
     title = text(document, "title", "machine") or title
-    document.pop("title", None)
+    purpose_in(document)
+    for key in ("title", "purpose"):
+        document.pop(key, None)
     return _from_model(document, title) if "model" in document else _from_parts(document, title)
+
+
+def purpose_in(document: Document) -> Purpose | None:
+    """What a table ``[machine]`` says that the machine is built for, None where it says nothing. Raises ``InputError``."""
+    return Purpose(choice(document, "purpose", "machine", [str(one) for one in Purpose])) if "purpose" in document else None
 
 
 def _from_model(document: Document, title: str) -> Machine:

@@ -119,12 +119,14 @@ def resolve_use(document: Document, path: Path, key: str) -> tuple[Document, Doc
     parameters. Raises ``InputError``, which names the file if it is not this one.
     """
     visited_paths, settings, titles, added_schedules = [path.resolve()], list[Document](), list[Any](), list[list[Document]]()
+    purposes = list[Document]()
     used_path: Path | None = path
     while used_path is not None:
         try:
             description = dict(require_table(document, key, key))
             settings.append(settings_in(description, key))
             titles.append(text(description, "title", key) or document.get("title"))
+            purposes.append({"purpose": description["purpose"]} if "purpose" in description else {})
             added_schedules.append(_take_schedules(description) if key == "machine" and "use" in description else [])
             used_path = _used_file(description, path, key, visited_paths) if "use" in description else None
             description = with_tables(description, path.parent) if key == "machine" and used_path is None else description
@@ -136,7 +138,8 @@ def resolve_use(document: Document, path: Path, key: str) -> tuple[Document, Doc
     title_level = next((k for k, title in enumerate(titles) if title), None)
     over_time = {str(s.get("parameter")): "over time" for of_file in added_schedules[:title_level] for s in of_file}
     title = {} if title_level is None else {"title": changed_title(str(titles[title_level]), over_time)}
-    description = _with_schedules(description, added_schedules) | title
+    purpose = next(filter(None, purposes), {})
+    description = _with_schedules(description, added_schedules) | title | purpose
     return description | {"set": _merge_settings(settings[title_level:])}, _merge_settings(
         settings[:title_level] if title_level else []
     )
@@ -181,9 +184,9 @@ def _with_changes(description: Document, changes: Document, change: Callable[[Do
 
 def _used_file(description: Document, path: Path, key: str, visited_paths: Sequence[Path]) -> Path:
     """The file that a table uses; visited_paths: the files that led here, to detect a cycle."""
-    extra = sorted(set(description) - {"use", "title"})
+    extra = sorted(set(description) - {"use", "title", *(["purpose"] if key == "machine" else [])})
     if extra:
-        allowed_keys = "set, schedules and title" if key == "machine" else "set and title"
+        allowed_keys = "set, schedules, title and purpose" if key == "machine" else "set and title"
         raise InputError(f"{key}.{extra[0]}", None, f"not allowed beside use; allowed are {allowed_keys}")
     name = text(description, "use", key) or ""
     try:

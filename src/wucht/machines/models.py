@@ -72,7 +72,7 @@ def _excess(frame: Frame, body: str) -> sp.Expr:
 
 
 class RotorOnCarrier(DimensionlessMachine):
-    """An unbalanced rotor on a carrier that moves in x: Drozdetskaya (3.33)-(3.34)."""
+    """An unbalanced rotor on a carrier that moves in x. Drozdetskaya (3.33)-(3.34)."""
 
     kind = "rotor-on-carrier"
     equations = "Drozdetskaya (3.33)-(3.34)"
@@ -94,7 +94,7 @@ class RotorOnCarrier(DimensionlessMachine):
 
 
 class LavalRotor(RotorOnCarrier):
-    """The same on a carrier that moves in x and y: Drozdetskaya (3.59)-(3.61)."""
+    """An unbalanced rotor on a carrier that moves in x and y. Drozdetskaya (3.59)-(3.61)."""
 
     kind = "laval-rotor"
     equations = "Drozdetskaya (3.59)-(3.61)"
@@ -102,7 +102,7 @@ class LavalRotor(RotorOnCarrier):
 
 
 class SelfBalancingRotor(DimensionlessMachine):
-    """An unbalanced rotor with two balancing pendulums: Drozdetskaya (4.11)-(4.20).
+    """An unbalanced rotor with two balancing pendulums. Drozdetskaya (4.11)-(4.20).
 
     In (4.8) the 2 of M* = M + 2 m and of beta_r = 2 b_r/(k J_R) is the number n of pendulums.
     """
@@ -169,7 +169,7 @@ class SelfBalancingRotor(DimensionlessMachine):
 
 
 class Exciter(SelfBalancingRotor):
-    """An unbalanced rotor with one coaxial pendulum, the exciter of Drozdetskaya, section 6.2: (4.11)-(4.20) with n = 1."""
+    """An unbalanced rotor with one coaxial pendulum, an exciter. Drozdetskaya, section 6.2: (4.11)-(4.20) with n = 1."""
 
     kind = "exciter"
     equations = "Drozdetskaya (4.11)-(4.20) with one pendulum"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from wucht.file_names import printable
@@ -89,6 +90,16 @@ def first_lines(lines: Sequence[str]) -> list[str]:
         *lines[:count],
         *([_column_line("more", f"{left} {'line' if left == 1 else 'lines'} with --details")] if left > 0 else []),
     ]
+
+
+def paths_in_report(result: xr.Dataset) -> set[str]:
+    """Return the paths of the numbers of the summary that the lines of a report show."""
+    paths = set[str]()
+    for entry in (result.wucht.stored_report or {}).get("lines", [])[:MOST_LINES]:
+        with suppress(_NoLineError):
+            if _line(result, entry) is not None:
+                paths |= {field[1] for field in _FIELD.finditer(entry[1])}
+    return paths
 
 
 def _main_numbers(result: xr.Dataset) -> Iterator[tuple[str, str, dict[str, str]]]:

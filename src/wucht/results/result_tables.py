@@ -123,11 +123,11 @@ def _decode_texts(values: np.ndarray) -> np.ndarray:
 def _summary_keys(result: xr.Dataset) -> dict[str, str]:
     """The keys of the summary that hold a list of tables, by the name of its table: another than those of the variables."""
     accessor, variable_tables = result.wucht, {NUMBERS, *map("-".join, _variables_by_rows(result))}
-    keys = [key for key, value in accessor.summary.items() if _is_list_of_tables(value, accessor.quantities.get(key, {}))]
+    keys = [key for key, value in accessor.summary.items() if is_list_of_tables(value, accessor.quantities.get(key, {}))]
     return {f"{key}-summary" if key in variable_tables else key: key for key in keys}
 
 
-def _is_list_of_tables(value: Any, facts: Mapping[str, Any]) -> bool:
+def is_list_of_tables(value: Any, facts: Mapping[str, Any]) -> bool:
     """True for a list of tables; an empty list is one if the facts about it name columns."""
     return isinstance(value, list) and all(isinstance(row, Mapping) for row in value) and bool(any(value) or facts.get("parts"))
 
@@ -163,7 +163,7 @@ def column_values(cells: Sequence[Any]) -> np.ndarray:
     kinds = {type(cell) for cell in cells}
     if kinds in ({bool}, {int}):
         return np.array(cells)
-    return np.array(cells, float) if kinds <= {int, float, type(None)} else _objects(cells)
+    return np.array(cells, float) if kinds <= {int, float, type(None)} else objects(cells)
 
 
 def _numbers_table(result: xr.Dataset) -> tuple[TableColumn, ...]:
@@ -183,10 +183,11 @@ def _numbers_table(result: xr.Dataset) -> tuple[TableColumn, ...]:
     columns = {"name": list(rows)} | {
         name: [row[k] for row in rows.values()] for k, name in enumerate(("value", "unit", "description"))
     }
-    return tuple(TableColumn(name, _objects(cells)) for name, cells in columns.items())
+    return tuple(TableColumn(name, objects(cells)) for name, cells in columns.items())
 
 
-def _objects(cells: Sequence[Any]) -> np.ndarray:
+def objects(cells: Sequence[Any]) -> np.ndarray:
+    """Return the cells of a column of several types as an array (N,) of objects."""
     values = np.empty(len(cells), object)
     values[:] = cells
     return values

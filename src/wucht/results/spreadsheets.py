@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 from wucht.errors import InputError
 from wucht.file_names import replace_non_utf8, safe_name
-from wucht.results.result_tables import NUMBERS, TableColumn, result_table, table_names
+from wucht.results.printed_tables import TIME, answers_table, time_table
+from wucht.results.result_tables import TableColumn, result_table, table_names
 from wucht.results.store import file_name, replace_file
 
 if TYPE_CHECKING:
@@ -60,14 +61,16 @@ def save_csv_table(result: xr.Dataset, name: str, folder: Path, decimal_comma: b
     return replace_file(path, lambda beside: _write_csv(beside, table, decimal_comma))
 
 
-def save_xlsx(result: xr.Dataset, folder: Path) -> Path:
-    """Write the tables of a result as the workbook ``STUDY.xlsx``, a sheet each, the single numbers first.
+def save_xlsx(result: xr.Dataset, folder: Path, everything: bool = False) -> Path:
+    """Write a result as the workbook ``STUDY.xlsx``: its answers and its course over time as engineers write them, and tables.
 
     Parameters
     ----------
     result : xarray.Dataset
         A result of a study.
     folder : path
+    everything : bool
+        True for all samples over time as well, in a sheet of their own.
 
     Returns
     -------
@@ -81,19 +84,33 @@ def save_xlsx(result: xr.Dataset, folder: Path) -> Path:
         If the file cannot be written.
     """
     workbook, titles = _openpyxl().Workbook(write_only=True), set[str]()
-    for name in (NUMBERS, *(name for name in table_names(result) if name != NUMBERS)):
-        table = result_table(result, name)
+    sheets = list(_sheets(result, everything))
+    for name, table in sheets:
         rows, columns = len(table[0].values) + 1, len(table)
         if rows > _MOST_ROWS or columns > _MOST_COLUMNS:
             limits = (
                 f"a sheet has at most {_MOST_ROWS} rows and {_MOST_COLUMNS} columns, this table {rows} and {columns}; use --csv"
             )
             raise InputError("--xlsx", name, limits, code="too-large")
+    for name, table in sheets:
         sheet = workbook.create_sheet(_sheet_title(name, titles))
         sheet.freeze_panes = "A2"
         for line in _lines(table, _xlsx_cell):
             sheet.append(line)
     return replace_file(folder / file_name(f"{safe_name(_kind(result))}.xlsx", result), workbook.save)
+
+
+def _sheets(result: xr.Dataset, everything: bool) -> Iterator[tuple[str, Sequence[TableColumn]]]:
+    """Name and table of each sheet, those for people first, those in SI units after them."""
+    yield "answers", answers_table(result)
+    course = time_table(result)
+    if course is not None:
+        yield "over time", course
+    for name in table_names(result):
+        if name != TIME:
+            yield name, result_table(result, name)
+    if everything and course is not None:
+        yield "all samples", result_table(result, TIME)
 
 
 def _openpyxl() -> Any:

@@ -42,6 +42,7 @@ class Study(TableModel):
     solves: the equations, if the study itself determines them: see ``equations``.
     from_start: true if it runs the machine from ``start``: the places of bodies without an entry there are then assumed.
     next_questions: what could be asked after it, the first that follows from its answer being proposed.
+    trials: keys of the summary with candidates that were tried and not chosen: a report leaves them out by default.
     """
 
     subject: ClassVar[str] = "wucht.studies.subjects:MACHINE"
@@ -55,6 +56,7 @@ class Study(TableModel):
     solves: ClassVar[str] = ""
     from_start: ClassVar[bool] = False
     next_questions: ClassVar[tuple[NextQuestion, ...]] = ()
+    trials: ClassVar[tuple[str, ...]] = ()
 
     _raw_values: dict[str, Any] = PrivateAttr(default_factory=dict)
 

@@ -8,7 +8,7 @@ from wucht.machines.parts.base import SI, Drive, si
 
 
 class ConstantSpeed(Drive):
-    """The body turns with a prescribed constant speed: Sperling et al., rollers (19). The required torque is a result."""
+    """The body turns with a prescribed constant speed. The required torque is a result: Sperling et al., rollers (19)."""
 
     kind = "constant-speed"
 

@@ -8,7 +8,7 @@ from wucht.machines.parts.base import SI, Drive, si
 
 
 class ConstantTorque(Drive):
-    """torque = constant: the ideal force characteristic, Drozdetskaya (2.81). Negative turns backwards."""
+    """torque = constant: the ideal force characteristic. Negative turns backwards: Drozdetskaya (2.81)."""
 
     kind = "constant-torque"
 

@@ -16,7 +16,7 @@ _LINE = ("armature_resistance", "motor_constant", "flux")  # the keys that follo
 
 
 class DCSeparate(Drive):
-    """A DC motor whose flux no armature current changes: Drozdetskaya (2.85)-(2.92). A negative voltage reverses it.
+    """A DC motor whose flux no armature current changes. A negative voltage reverses it: Drozdetskaya (2.85)-(2.92).
 
     Only k_M times the flux matters, in V s or N m/A.
     """

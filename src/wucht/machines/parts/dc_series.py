@@ -28,7 +28,7 @@ class SelfExcited(Drive):
 
 
 class DCSeries(SelfExcited):
-    """A DC motor whose current makes its field: Drozdetskaya (2.100)-(2.105). Without load its speed grows without bound.
+    """A DC motor whose current makes its field. Without load its speed grows without bound: Drozdetskaya (2.100)-(2.105).
 
     The sign of the voltage does not matter, as it changes field and current together. With ``sense`` = -1 the torque is
     -torque(-speed) of the other.

@@ -9,7 +9,7 @@ from wucht.machines.parts.dc_series import SelfExcited
 
 
 class DCShunt(SelfExcited):
-    """A DC motor whose field and armature are fed by one source: Drozdetskaya (2.95)-(2.99).
+    """A DC motor whose field and armature are fed by one source. Drozdetskaya (2.95)-(2.99).
 
     Its no-load speed R_E/(k_M L_E) does not depend on the voltage, whose sign does not matter, as field and armature change it
     together.

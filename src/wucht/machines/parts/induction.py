@@ -40,7 +40,7 @@ _OPERATING_KEYS = ("voltage", "frequency", "stator_resistance")
 
 
 class Induction(Drive):
-    """A three-phase induction motor by its equivalent circuit: Drozdetskaya (2.106)-(2.121), or with the magnetising current.
+    """A three-phase induction motor by its equivalent circuit. Drozdetskaya (2.106)-(2.121), or with the magnetising current.
 
     The voltage is that of a phase. Rotor quantities refer to the stator. Reactances are those at ``rated_frequency`` and grow
     in proportion to the frequency, so that it may be changed while the motor runs; without that key they are those at the

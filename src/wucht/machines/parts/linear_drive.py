@@ -8,7 +8,7 @@ from wucht.machines.parts.base import SI, Drive, si
 
 
 class LinearDrive(Drive):
-    """torque = slope (no_load_speed - speed): Drozdetskaya (2.94), (3.27), (4.5)."""
+    """torque = slope (no_load_speed - speed). Drozdetskaya (2.94), (3.27), (4.5)."""
 
     kind = "linear"
 

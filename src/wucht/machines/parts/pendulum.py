@@ -13,7 +13,7 @@ from wucht.mechanics.energies import Energies
 
 
 class Pendulum(TrackBody):
-    """A pendulum on the axis of ``about``, or on a pivot that turns with it, with viscous damping: Drozdetskaya (4.1)-(4.4)."""
+    """A pendulum on the axis of ``about``, or on a pivot that turns with it, with viscous damping. Drozdetskaya (4.1)-(4.4)."""
 
     kind = "pendulum"
 

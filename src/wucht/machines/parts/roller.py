@@ -19,7 +19,7 @@ _BALL = 0.4  # shape factor
 
 
 class Roller(TrackBody):
-    """A ball or roller on a track of radius R: Sperling et al., rollers (3)-(12). Its centre runs on the circle R - r.
+    """A ball or roller on a track of radius R. Its centre runs on the circle R - r: Sperling et al., rollers (3)-(12).
 
     Rolling couples it to the body that it turns about: its spin is (R phi_0' - (R - r) phi') / r, so its energy holds both
     speeds.

@@ -32,7 +32,7 @@ class CentrifugalForce(Nameplate):
 
 
 class Rotor(Body):
-    """An unbalanced rotor, Drozdetskaya (3.28)-(3.29). Its unbalance is ``mass * eccentricity``, or given directly.
+    """An unbalanced rotor. Its unbalance is ``mass * eccentricity``, or given directly: Drozdetskaya (3.28)-(3.29).
 
     Of an exciter it may follow from the data sheet: half the working moment, which is the stroke times the mass that
     vibrates, 2 m r (NetterVibration, Formelsammlung, (1) and (4): F/N = 54.84 M/(kg cm) (n/1000 rpm)^2); or the centrifugal

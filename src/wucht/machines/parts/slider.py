@@ -11,7 +11,7 @@ from wucht.mechanics.lagrange import Coordinate
 
 
 class Slider(Body):
-    """A point mass in a radial guide of ``about``, on a spring and a damper: Sperling et al. (64)-(65), on any carrier.
+    """A point mass in a radial guide of ``about``, on a spring and a damper. Sperling et al. (64)-(65), on any carrier.
 
     Its coordinate is the displacement outward from where the spring is free of force.
     """

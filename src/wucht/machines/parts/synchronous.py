@@ -12,7 +12,7 @@ from wucht.machines.parts.base import SI, Drive, si
 
 
 class Synchronous(Drive):
-    """The body turns with the prescribed speed 2 pi f/p: the ideal kinematic characteristic, Drozdetskaya (2.80).
+    """The body turns with the prescribed speed 2 pi f/p: the ideal kinematic characteristic. Drozdetskaya (2.80).
 
     The required torque is a result.
     """

@@ -72,6 +72,7 @@ class ExciterDesign(Study):
     kind = "exciter-design"
     solves = f"{AVERAGED_EQUATIONS} for the search, {FULL_EQUATIONS} for the best"
     from_start = True
+    trials = ("runs", "polished")
     subject = "wucht.studies.exciter_design.machine_in_folder:MACHINE_IN_FOLDER"
     meaning = (*Study.meaning, "target", "vary", "signal")
     curves = (("share", "amplitude_full"),)

@@ -85,6 +85,7 @@ class OptimiseBalancer(EnsembleStudy):
     kind = "optimise-balancer"
     next_questions = (NextQuestion("in which state it ends when it is started", {"study.kind": "run-up"}),)
     without_inertia = False
+    trials = ("compared",)
     meaning = (*EnsembleStudy.meaning, "vary", "objectives")
     curves = (("damping", "settling_time"),)
 

@@ -53,9 +53,20 @@ class RunUp(SingleRun):
             "the same run, as long as its verdict needs", {"study.until": "{advised_time:.6g}"}, ("unidentified", "unsettled")
         ),
         NextQuestion(
+            "the same with a motor that lifts weight and load from any position", {}, ("not-started",), "motors_that_start"
+        ),
+        NextQuestion(
+            "its steady speeds over the size of the motor: with which it is no longer held at the resonance",
+            {"study.kind": "speed-curve", "study.along": "{motor}", "study.range": "[{motor_low:.4g}, {motor_high:.4g}]"},
+            ("captured", "captured-modulated"),
+        ),
+        NextQuestion(
             "the speeds at which the motor, its load and the vibration are in balance",
             {"study.kind": "torque-balance"},
             ("captured", "captured-modulated", "not-started", "stopped"),
+        ),
+        NextQuestion(
+            "whether the rotors stay synchronised when a motor fails", {"study.kind": "drive-failure"}, ("synchronised",)
         ),
         NextQuestion(
             "all steady phases, and which of them are stable",
