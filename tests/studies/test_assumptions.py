@@ -93,7 +93,7 @@ def test_a_record_has_no_equations(tmp_path: Path) -> None:
 def test_it_is_said_in_the_result_the_report_and_the_figure() -> None:
     start = {"p1": 0.3, "p2": -0.5}
     result = run(Response(bodies="held", start=start), load_machine(R1))
-    assert result.wucht.assumed[-1] == "balancing bodies held at p1 17.19°, p2 -28.65° relative to their rotor"
+    assert result.wucht.assumed[-1] == "balancing bodies held at p1 17.19°, p2 331.4° relative to their rotor"
     told = "; ".join(result.wucht.assumed)
     assert f"  assumed      {told}" in report(result)
     assert f"assumed: {told}" in [" ".join(text.get_text().split()) for text in draw(result).texts]

@@ -185,12 +185,12 @@ def test_the_screen_runs_where_its_run_up_ends() -> None:
     balance = run(TorqueBalance(), screen)
     (point,) = stable_points(balance)
     assert point["speed"] == pytest.approx(155.16, rel=1e-3)
-    assert "rotors in the stable synchronous configuration e2 -90.4° at 155.2 rad/s" in " ".join(balance.wucht.assumed)
+    assert "rotors in the stable synchronous configuration e2 269.6° at 155.2 rad/s" in " ".join(balance.wucht.assumed)
     response = run(Response(), screen)
     (operation,) = response.wucht.summary["operation"]
     assert operation["amplitude"] == pytest.approx(2.299e-3, rel=5e-3)
     assert operation["stroke"] == pytest.approx(4.593e-3, rel=5e-3)
-    assert "  in operation 2.294 mm at 155.2 rad/s (1482 rpm), e2 -90.4°; reached from rest" in report(response)
+    assert "  in operation 2.294 mm at 155.2 rad/s (1482 rpm), e2 269.6°; reached from rest" in report(response)
 
 
 def test_without_a_stable_configuration_it_is_said() -> None:

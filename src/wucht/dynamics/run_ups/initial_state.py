@@ -165,8 +165,8 @@ def start_gives(start: Mapping[str, Any], body: str, key: str) -> bool:
 
 
 def format_phases(phases: Mapping[str, float]) -> str:
-    """Format phases of bodies, given in rad, in degrees for a sentence; of many bodies the first ones."""
-    texts = [f"{name} {(np.degrees(phase) + 180) % 360 - 180:.4g}°" for name, phase in phases.items()]
+    """Format phases of bodies, given in rad, in degrees from 0 to 360 for a sentence; of many bodies the first ones."""
+    texts = [f"{name} {float(f'{np.degrees(phase) % 360:.4g}') % 360:.4g}°" for name, phase in phases.items()]
     more = f" and {len(texts) - _MOST_LISTED} more" if len(texts) > _MOST_LISTED else ""
     return ", ".join(texts[:_MOST_LISTED]) + more
 
