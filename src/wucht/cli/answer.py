@@ -168,9 +168,14 @@ def _answer_lines(question: DesignerQuestion, answers: Answers) -> Iterator[str]
     if kind in answers.failures:
         yield f"  {kind:20} failed: {answers.failures[kind]}"
     elif kind in answers.refusals:
-        yield f"  {kind:20} left out: {answers.refusals[kind].explanation}"
+        yield f"  {kind:20} left out: {_reason(answers.refusals[kind])}"
     elif kind in answers.sentences:
         yield f"  {kind:20} {answers.sentences[kind]}"
+
+
+def _reason(refusal: InputError) -> str:
+    """A refusal without the file, which is the same for all questions."""
+    return f"{refusal.key}: {refusal.explanation}" if refusal.key else refusal.explanation
 
 
 def _ending(answers: Answers, count: int) -> tuple[str, int]:

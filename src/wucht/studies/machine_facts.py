@@ -11,14 +11,15 @@ from wucht.machines.parts.base import Drive
 # What makes a drive of each kind larger.
 _SIZES = {
     "linear": "slope", "constant-torque": "torque", "inverter": "torque_limit", "induction": "voltage",
-    "dc-separate": "voltage", "dc-shunt": "voltage", "dc-series": "voltage",
+    "dc": "stall_torque", "dc-separate": "voltage", "dc-shunt": "voltage", "dc-series": "voltage",
 }  # fmt: skip
-_PROPORTIONAL = ("linear", "constant-torque", "inverter")  # kinds whose torque at standstill grows as their size
+_PROPORTIONAL = ("linear", "constant-torque", "inverter", "dc")  # kinds whose torque at standstill grows as their size
 # Preferred rated powers of motors in kW, IEC 60072-1, table 7.
 _POWERS = (
     0.06, 0.09, 0.12, 0.18, 0.25, 0.37, 0.55, 0.75, 1.1, 1.5, 2.2, 3.0, 4.0, 5.5, 7.5, 11.0, 15.0, 18.5, 22.0, 30.0, 37.0, 45.0,
     55.0, 75.0, 90.0, 110.0, 132.0, 160.0, 200.0, 250.0, 315.0, 355.0, 400.0, 500.0,
 )  # fmt: skip
+_ROUNDING = 1.005  # so that three digits are never less
 _LOW, _HIGH = 0.5, 3.0  # of the range over the size of a motor
 
 
@@ -81,7 +82,7 @@ def _larger_motor(machine: Machine, drive: Drive, factor: float) -> dict[str, st
     if drive.kind not in _PROPORTIONAL:
         return None
     path = _size_of(drive)
-    return {path: f"{factor * machine.values[path]:.3g}"} if path in machine.values else None
+    return {path: f"{_ROUNDING * factor * machine.values[path]:.3g}"} if path in machine.values else None
 
 
 def _size_of(drive: Drive) -> str:
