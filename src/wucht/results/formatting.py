@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 _FEW = 10  # rpm: lower speeds with decimals
 _DIGITS = re.compile(r"\.(\d+)g")
-_SEPARATED, _LARGE = 1e4, 1e7  # numbers from the first on have separators of thousands, from the second on an exponent
+_LONG, _LARGE = 1e4, 1e7  # numbers from the first on have separators of thousands, from the second on an exponent
 _SPEED = re.compile(r"(-?[\d.]+(?:e[+-]\d+)?) rad/s \((-?[\d.]+(?:e[+-]\d+)?) rpm\)")
 _SYMBOLS = {"time": "$\\tau$", "speed": "$\\omega$"}  # of a dimensionless machine
 
@@ -30,17 +30,17 @@ def number_text(value: Any, unit: str, form: str = "", dimensionless: bool = Fal
     base, per, order = unit.partition("/rad") if unit not in _FORMATTERS else (unit, "", "")
     if form or (dimensionless and base not in _FORMATTERS):
         digits = _DIGITS.fullmatch(form or ".5g")
-        return f"{plain_number(value, int(digits[1])) if digits else format(value, form)} {unit}".rstrip()
+        return f"{decimal_text(value, int(digits[1])) if digits else format(value, form)} {unit}".rstrip()
     if base in _FORMATTERS:
         return f"{_FORMATTERS[base](value)}{per}{_POWERS.get(order, order)}"
     name, size = engineering_unit(value, unit) if value else (unit, 1.0)
-    return f"{plain_number(value / size)} {name}".rstrip()
+    return f"{decimal_text(value / size)} {name}".rstrip()
 
 
-def plain_number(value: float, digits: int = 4) -> str:
+def decimal_text(value: float, digits: int = 4) -> str:
     """A number to significant digits, without an exponent where people write none: ``37,480`` for 37479.6."""
     rounded = float(f"{value:.{digits}g}")
-    return f"{rounded:,.12g}" if _SEPARATED <= abs(rounded) < _LARGE else f"{value:.{digits}g}"
+    return f"{rounded:,.12g}" if _LONG <= abs(rounded) < _LARGE else f"{value:.{digits}g}"
 
 
 def rpm_first(text: str) -> str:

@@ -220,7 +220,7 @@ class Answer:
         subject_unit: str = getattr(self._units, kind)
         return unit.replace(kind, subject_unit) if subject_unit else ""
 
-    def in_words(self, value: float | None, unit: str = "") -> str:
+    def number_in_words(self, value: float | None, unit: str = "") -> str:
         """Return a number as lines print it, for a sentence: with the subject's unit of its kind, ``none`` without a value."""
         if value is None or not math.isfinite(value):
             return "none"

@@ -145,7 +145,7 @@ def _state_balance(
         of_stable = from_rest.is_reached(rotor, operating.stable_states(machine))
         remaining = iter(of_stable)
         is_reached = [next(remaining) if possible else False for possible in operating.possible]
-        labels = operating.labels or [a.in_words(p.speed, "speed") for p in operating.points]
+        labels = operating.labels or [a.number_in_words(p.speed, "speed") for p in operating.points]
         labels_of_stable = [label for label, possible in zip(labels, operating.possible, strict=True) if possible]
         in_words = from_rest.sentence(of_stable, labels_of_stable, with_reason=not not_started)
     a.sentence = "; ".join(filter(None, [_count_in_words(steady, curves, operating), in_words, not_started]))

@@ -233,11 +233,11 @@ def _state_pendulums(a: Answer, machine: Machine, switchings: Switchings) -> Non
     alike: dict[str, list[str]] = {}
     for name, of_pendulum in zip(names, of_pendulums, strict=True):
         for s in of_pendulum:
-            opens, closes = (a.in_words(w, "speed") for w in (s.opening, s.closing))
+            opens, closes = (a.number_in_words(w, "speed") for w in (s.opening, s.closing))
             behaviour = f"opens at {opens}, closes at {closes}{'' if s.snaps else ': gradually in between'}"
             alike.setdefault(behaviour, []).append(name)
             if s.snaps and not s.stays_open:
-                slower = f"as its mass moves out the speed falls to {a.in_words(s.open_speed, 'speed')}"
+                slower = f"as its mass moves out the speed falls to {a.number_in_words(s.open_speed, 'speed')}"
                 cure = "more frame inertia, less stiffness or a shorter stroke keep it open"
                 closing = f"and it closes below {closes}; {cure}"
                 a.warn(f"{name!r} may open and close repeatedly: {slower}, {closing}")

@@ -21,7 +21,7 @@ from wucht.dynamics.run_ups.machine_signals import MachineSignal
 from wucht.dynamics.sampling.choice import Cliff
 from wucht.fatigue.counted_cycles import LoadCycles
 from wucht.fatigue.cumulative_spectra import amplitudes_at, cycle_shares, spectrum_form
-from wucht.results.formatting import number_text, plain_number
+from wucht.results.formatting import decimal_text, number_text
 from wucht.studies.answer import Answer
 
 _HOUR = 3600.0
@@ -282,7 +282,7 @@ def _state_design_spectrum(a: Answer, target: LoadCycles, unit: str, design: Che
     a.number("cycles_per_beat", design.slow.cycles.total, "number of cycles in a beat")
     duration = target.total / (cycles.total / design.duration)
     a.number("duration", duration, "duration of all cycles of the target", "time")
-    duration_text = f"{{duration:.4g}} ({plain_number(duration / _HOUR)} h)"
+    duration_text = f"{{duration:.4g}} ({decimal_text(duration / _HOUR)} h)"
     a.line("beat", "{beat:.4g}, {cycles_per_beat:.3g} cycles; all cycles of the target take " + duration_text)
     averaged = "(averaged equations {distances.slow.amplitude:.2f%})"
     a.line("amplitudes", "mean deviation {distances.full.amplitude:.2f%} of the largest " + averaged)
@@ -314,7 +314,7 @@ def _warn_of_design(
             f"{100 * slow:.2f} %: more corrections, or smaller unbalances, may help"
         )
     if beyond > _MISSED_SHARE * total:
-        a.warn(f"{plain_number(beyond, 3)} cycles of the target exceed the largest reached amplitude")
+        a.warn(f"{decimal_text(beyond, 3)} cycles of the target exceed the largest reached amplitude")
     shares = zip(trials.variables, trials.shares(design.numbers), strict=True)
     at_end = [v.name for v, x in shares if not 1e-3 < x < 1 - 1e-3]
     if at_end:

@@ -12,7 +12,7 @@ from wucht.dynamics.exciters.signal_points import NEAR, SignalPoint, best_index,
 from wucht.dynamics.exciters.speed_readings import UNSTABLE, AveragedSpeed, Detection, Readings
 from wucht.dynamics.run_ups.machine_signals import MachineSignal
 from wucht.dynamics.run_ups.run_up import RunUpCase
-from wucht.results.formatting import plain_number
+from wucht.results.formatting import decimal_text
 from wucht.schema import Parameter
 from wucht.studies.answer import Answer
 from wucht.studies.failure_detection.failure_tables import Sensor
@@ -64,7 +64,7 @@ def state_failure(
     if failure_time is not None:
         a.sentence = f"the specimen fails at {failure_time:.6g} {a.unit('time')}".rstrip()
     if change is not None:
-        a.sentence += f", the speed changes by {a.in_words(change, 'speed')}{alarm_clause}"
+        a.sentence += f", the speed changes by {a.number_in_words(change, 'speed')}{alarm_clause}"
     elif failure_time is not None:
         a.sentence += "; there are too few readings to determine the change of speed"
     a.sentence += _state_points(a, axes, points, readings.signal(sensor.noise))
@@ -199,7 +199,7 @@ def _state_detection(
 def _duration(time: float, unit: str) -> str:
     """Return a time in its unit, from an hour on in hours too: ``5770 s (1.6 h)``."""
     hours = f" ({time / _HOUR:.3g} h)" if unit == "s" and abs(time) >= _HOUR else ""
-    return f"{plain_number(time)} {unit}".rstrip() + hours
+    return f"{decimal_text(time)} {unit}".rstrip() + hours
 
 
 def _span_in_words(readings: int, time: float, unit: str) -> str:
@@ -305,7 +305,7 @@ def _warn_of_averaged_speed(a: Answer, period: str, averaged_speed: AveragedSpee
         )
     elif abs(averaged_speed.speed - speed) > _SPEED_TOLERANCE * abs(speed):
         a.warn(
-            f"the averaged equations have {a.in_words(averaged_speed.speed, 'speed')} {period} the failure, the full "
-            f"ones {a.in_words(speed, 'speed')}: the speed is "
+            f"the averaged equations have {a.number_in_words(averaged_speed.speed, 'speed')} {period} the failure, the full "
+            f"ones {a.number_in_words(speed, 'speed')}: the speed is "
             "still changing, the averaged motion is a different one, or the averaging is too coarse"
         )

@@ -16,7 +16,7 @@ from wucht.fatigue.counted_cycles import RangeMeanMatrix, frequency_distance
 from wucht.fatigue.damage import WoehlerLine
 from wucht.fatigue.load_counting import MOST_ROWS, CountedLoad, LoadCounting
 from wucht.measurements.recording import Channel
-from wucht.results.formatting import plain_number
+from wucht.results.formatting import decimal_text
 from wucht.studies.answer import Answer
 from wucht.studies.bearing_variables import state_lives
 
@@ -124,7 +124,7 @@ def _state_sentence(a: Answer, signal: Signal, whole: CountedLoad, damages: Sequ
     if not whole.cycles.total:
         a.sentence = "there is no cycle to count"
         return
-    largest = a.in_words(whole.cycles.largest, signal.unit)
+    largest = a.number_in_words(whole.cycles.largest, signal.unit)
     a.sentence = f"{whole.cycles.total:.10g} cycles, the largest of range {largest}"
     a.sentence += "" if damages is None else f"; damage {damages[0]:.4g}"
 
@@ -140,12 +140,12 @@ def _state_spectrum(a: Answer, unit: str, values: np.ndarray, whole: CountedLoad
         count=(counts, "cycles"),
     )
     if whole.cycles.total:
-        low, high = (a.in_words(float(end), unit) for end in (values.min(), values.max()))
+        low, high = (a.number_in_words(float(end), unit) for end in (values.min(), values.max()))
         a.line("between", "{low} and {high}", low=low, high=high)
         largest = sorted(zip(ranges.tolist(), means.tolist(), counts.tolist(), strict=True), key=lambda row: -row[0])
         for k, (size, mean, count) in enumerate(largest[:_MOST_RANGES]):
             cycles = f"{count:.10g} {'cycle' if count == 1 else 'cycles'}"
-            place = {"size": a.in_words(size, unit), "mean": a.in_words(mean, unit)}
+            place = {"size": a.number_in_words(size, unit), "mean": a.number_in_words(mean, unit)}
             a.line("" if k else "range", f"{{size}}, mean {{mean}}: {cycles}", **place)
         if len(largest) > _MOST_RANGES:
             a.line("", f"and {len(largest) - _MOST_RANGES} smaller ones")
@@ -206,7 +206,7 @@ def _state_damage(a: Answer, damages: Sequence[float] | None, duration: float) -
     a.line("damage", "{damage:.5g}")
     a.number("repetitions", 1 / damage if damage else None, "repetitions of this load until failure")
     life = a.number("life", duration / damage if damage else None, "life of the part under this load", "time")
-    hours = f" ({plain_number(life / 3600)} h)" if life is not None and a.unit("time") else ""
+    hours = f" ({decimal_text(life / 3600)} h)" if life is not None and a.unit("time") else ""
     a.line("life", f"{{repetitions:.5g}} repetitions, {{life:.5g}}{hours}")
     if damages:
         a.number("damage_of_half", damages[1], "Miner's sum of the first half")

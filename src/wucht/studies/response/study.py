@@ -149,7 +149,7 @@ def _state_response(
     machine = steady.machine
     free, eccentricity = free_speed(machine, machine.rotor), eccentricity_of(machine)
     for resonance in sorted({x for c in curves for x in c.undamped_resonances}):
-        at = a.in_words(resonance, "speed")
+        at = a.number_in_words(resonance, "speed")
         a.warn(f"the resonance at {at} is undamped: there the amplitude is infinite")
     a.warn(*steady.warnings)
     a.assume(*steady.assumptions)
@@ -187,7 +187,7 @@ def _state_response(
     a.line("self-centred", "from {self_centring_speed} on: the centre of mass moves inside the orbit of the axis")
     a.sentence = _sentence(is_excited, critical, free, steady.list_labels(labels))
     if from_rest is not None and is_excited:
-        points = [a.in_words(o.speed, "speed") + (f", {o.label}" if o.label else "") for o in operation]
+        points = [a.number_in_words(o.speed, "speed") + (f", {o.label}" if o.label else "") for o in operation]
         a.sentence += f"; in operation: {from_rest.sentence(is_reached, points)}"
 
 

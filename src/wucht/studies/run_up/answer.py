@@ -106,7 +106,7 @@ def _tell_resonance(a: Answer, machine: Machine) -> None:
 def _tell_mean_speeds(a: Answer, verdict: Verdict, mark: Mark) -> None:
     """Add a line on the speeds of several rotors."""
     if verdict.locking is not None and len(speeds := verdict.locking.final_speeds) > 1:
-        listing = ", ".join(f"{name} {a.in_words(speed, 'speed')}" for name, speed in speeds.items())
+        listing = ", ".join(f"{name} {a.number_in_words(speed, 'speed')}" for name, speed in speeds.items())
         a.line("mean speeds", "{speeds}" + mark("mean_speeds"), speeds=listing)
 
 

@@ -50,8 +50,8 @@ def state_averaged(a: Answer, motions: Sequence[Motion], slow: Answer) -> None:
 
 def end_in_words(a: Answer, summary: Mapping[str, Any]) -> str:
     """Return the final speed and amplitude of a run."""
-    amplitude = a.in_words(summary["final_amplitude"], summary["amplitude_unit"])
-    return f"{a.in_words(summary['final_speed'], 'speed')}, amplitude {amplitude}"
+    amplitude = a.number_in_words(summary["final_amplitude"], summary["amplitude_unit"])
+    return f"{a.number_in_words(summary['final_speed'], 'speed')}, amplitude {amplitude}"
 
 
 def _pad(values: Any, length: int) -> np.ndarray:

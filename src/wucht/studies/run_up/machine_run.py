@@ -121,8 +121,8 @@ class MachineRun:
             if "slow" in s:
                 deviation, far = s["deviations"]["at_equal_angle"], ""
                 if deviation is not None:
-                    amplitude = a.in_words(deviation["amplitude"], s["amplitude_unit"])
-                    far = f"; deviation {a.in_words(deviation['speed'], 'speed')}, {amplitude} at most"
+                    amplitude = a.number_in_words(deviation["amplitude"], s["amplitude_unit"])
+                    far = f"; deviation {a.number_in_words(deviation['speed'], 'speed')}, {amplitude} at most"
                 a.line(f"{_SLOW:{width}}  {s['slow']['outcome']:20} {end_in_words(a, s['slow'])}{far}", "")
         variables = [{q.name: q for q in r.quantities if q.dimensions is not None} | _abscissae(r, self.over) for r in results]
         a.add([*variables_of_cases(variables, _VARIABLES_OF_CASES, _MOST_SAMPLES), variables[0]["body"]])

@@ -222,8 +222,8 @@ def _sentence(states: Sequence[Configuration], *, is_full: bool) -> str:
 def _name_counts(states: Sequence[Configuration]) -> str:
     """Return the names of states, each with its count; of one that has none its phases, of several how many they are."""
     counts = Counter(c.name for c in states if c.name)
-    named = [f"{n} ({counts[n]})" if counts[n] > 1 else n for n in NAMES if n in counts]
-    nameless = [c for c in states if not c.name]
-    if len(nameless) == 1:
-        return ", ".join([*named, _angles(nameless[0], 0)])
-    return ", ".join([*named, *([f"{len(nameless)} {'others' if named else 'of them'}"] if nameless else [])])
+    names = [f"{n} ({counts[n]})" if counts[n] > 1 else n for n in NAMES if n in counts]
+    without_name = [c for c in states if not c.name]
+    if len(without_name) == 1:
+        return ", ".join([*names, _angles(without_name[0], 0)])
+    return ", ".join([*names, *([f"{len(without_name)} {'others' if names else 'of them'}"] if without_name else [])])
