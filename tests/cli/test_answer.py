@@ -87,6 +87,7 @@ def test_resume_keeps_what_is_complete(wucht: Command, here: Path) -> None:
     assert package.load("out/response").attrs["created"] > created["response"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_figures")
 def test_one_that_fails_does_not_stop_the_others(wucht: Command, here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from wucht.errors import RunError
@@ -145,6 +146,7 @@ def test_purposes_are_told_by_the_parts(name: str, purpose: str | None) -> None:
     assert purpose_of_parts(package.load_machine(name)) == (None if purpose is None else Purpose(purpose))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_figures")
 def test_a_purpose_that_a_file_states_holds_also_for_a_file_that_uses_it(wucht: Command, here: Path) -> None:
     Path("machine.toml").write_text('[machine]\npurpose = "rig"\n' + FAN.partition("\n")[2], encoding="utf-8")

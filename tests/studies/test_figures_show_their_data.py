@@ -300,6 +300,7 @@ def assert_shown(axis: Axes, line: Line, result: xr.Dataset) -> None:
         assert points.max(axis=0) == pytest.approx(known.max(axis=0), rel=1e-9, abs=1e-12 * scale.max())
 
 
+PAGES = {"sweep", "torque-balance", "start-stop"}  # of which a report is written, too
 LONG = {"exciter-design", "capture-probability", "optimise-balancer", "entrainment"}  # searches, or hundreds of runs
 KINDS = [pytest.param(kind, marks=pytest.mark.slow) if kind in LONG else kind for kind in EXPECTED]
 
@@ -341,15 +342,17 @@ def test_all_of_a_result_is_as_stated(drawn: tuple[xr.Dataset, Figure], request:
 @pytest.mark.parametrize("drawn", KINDS, indirect=True)
 def test_the_answer_is_one_sentence_in_report_figure_and_page(drawn: tuple[xr.Dataset, Figure], tmp_path: Path) -> None:
     result, figure = drawn
+    page = None
+    if result.wucht.study in PAGES:
+        result.to_netcdf(tmp_path / "result.nc")
+        page = write_report([tmp_path / "result.nc"], tmp_path / "page.html").read_text(encoding="utf-8")
     (answer,) = [line.removeprefix("verdict: ") for line in report(result) if line.startswith("verdict: ")]
     figure.savefig(tmp_path / "figure.png", dpi=40)
     heading = " ".join(text.get_text() for text in figure.texts).replace("\N{NO-BREAK SPACE}", " ")
     begin, ellipsis, _ = " ".join(heading.split()).removeprefix(result.title).strip().partition("\N{HORIZONTAL ELLIPSIS}")
     assert answer.startswith(begin) if ellipsis and len(begin) < len(answer) else begin.startswith(answer), (answer, begin)
     assert len(begin) > 20, begin
-    result.to_netcdf(tmp_path / "result.nc")
-    page = write_report([tmp_path / "result.nc"], tmp_path / "page.html").read_text(encoding="utf-8")
-    assert answer in html.unescape(page)
+    assert page is None or answer in html.unescape(page)
 
 
 def test_every_study_is_expected() -> None:

@@ -87,6 +87,7 @@ def test_motors_that_differ_by_more_fall_out_of_step(sense: float, share: float,
     assert summary["synchronisation_margin"] == pytest.approx(1 / share, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_of_three_rotors_the_margin_is_where_their_states_end() -> None:
     """The largest s with P_i = (m e w)^2/2 sum_k (2/M + r_i . r_k/J) sin(d_ik) + (r_i x r_k)/J cos(d_ik) = s D_i, d_ik the
     difference of the phases of i and k, by another optimiser."""
