@@ -163,7 +163,7 @@ def traced_rates(
     except Exception as error:  # whatever a function of the user's raises
         reason = str(error) if isinstance(error, _NoNumberError) else f"{type(error).__name__}: {error}"
         remedy = f"; {_REMEDY}" if isinstance(error, _NoNumberError | TypeError) else ""
-        sentence = f"{name} cannot be written as formulas: {reason}{_line_of(function, error)}{remedy}"
+        sentence = f"{name} cannot be written as formulas: {reason}{line_of(function, error)}{remedy}"
         raise WuchtError(sentence, code="not-traced") from error
     if len(rates) != len(states):
         values_text = "nothing" if output is None else f"{len(rates)} value{'s' if len(rates) > 1 else ''}"
@@ -173,7 +173,7 @@ def traced_rates(
     return tuple(rates)
 
 
-def _line_of(function: Callable[..., Any], error: Exception) -> str:
+def line_of(function: Callable[..., Any], error: BaseException) -> str:
     """The line of the function at which an error arose, in words; empty where that is not known."""
     file = getattr(getattr(function, "__code__", None), "co_filename", None)
     lines = [frame for frame in extract_tb(error.__traceback__) if frame.filename == file]
