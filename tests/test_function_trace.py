@@ -136,3 +136,11 @@ def test_what_is_refused() -> None:
         UserSystem.from_function(lambda t, x, p: x, ["x"], angles=["x"])
     with refused("parameters.mu", given="fast", code="no-quantity"):
         UserSystem.from_function(van_der_pol, ["q", "v"], {"mu": "fast"})
+
+
+def test_a_line_whose_text_is_not_known_is_told_by_its_number() -> None:
+    typed: dict[str, Any] = {}
+    exec(compile("def rate(t, x, p):\n    return [x[3]]", "<stdin>", "exec"), typed)
+    with rejected("not-traced") as caught:
+        System.from_function(typed["rate"], ["x"])
+    assert "at line 2 of <stdin>" in str(caught.value) and "()" not in str(caught.value)

@@ -177,7 +177,10 @@ def line_of(function: Callable[..., Any], error: BaseException) -> str:
     """The line of the function at which an error arose, in words; empty where that is not known."""
     file = getattr(getattr(function, "__code__", None), "co_filename", None)
     lines = [frame for frame in extract_tb(error.__traceback__) if frame.filename == file]
-    return f", at line {lines[-1].lineno} of {Path(lines[-1].filename).name} ({lines[-1].line})" if lines else ""
+    if not lines:
+        return ""
+    text = f" ({lines[-1].line})" if lines[-1].line else ""  # which is not known of what was typed at a prompt
+    return f", at line {lines[-1].lineno} of {Path(lines[-1].filename).name}{text}"
 
 
 def _symbol_of(name: str, *values: Any) -> TraceSymbol:
