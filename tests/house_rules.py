@@ -17,7 +17,8 @@ from pathlib import Path
 SOURCE = Path(__file__).parents[1] / "src" / "wucht"
 FLOORS = [
     "earlier_names", "errors", "environment", "disk_cache", "schema", "file_names", "machine_shape", "piecewise",
-    "function_trace", "system", "kinds", "results", "numerics", "fatigue", "mechanics", "machines", "files", "analysis",
+    "function_trace", "function_call", "system", "kinds", "results", "numerics", "fatigue", "mechanics", "machines", "files",
+    "analysis",
     "measurements", "cams", "dynamics", "plots", "studies", "extending_0_1", "reports", "web", "extending", "cli",
 ]  # fmt: skip
 _DRAWING = ("plots", "studies", "reports", "web", "cli", "extending", "extending_0_1", "")

@@ -98,12 +98,26 @@ def filling(t: Any, x: Any, p: Any) -> Any:
         (lambda t, x, p: [max(x[0], 0.0)], ("branches", "np.maximum")),
         (lambda t, x, p: [scipy.special.jv(0, x[0])], ("jv",)),
         (lambda t, x, p: [np.interp(x[0], [0, 1], [1, 2])], ("number",)),
-        (lambda t, x, p: [x[0] * 1j], ("1j",)),
-        (lambda t, x, p: [x[3]], ("IndexError",)),
-        (lambda x: x, ("TypeError",)),
     ],
 )
-def test_what_has_no_formula_is_told_with_its_line(function: Callable[..., Any], named: tuple[str, ...]) -> None:
+def test_what_has_no_formula_is_told_with_its_line_and_called(function: Callable[..., Any], named: tuple[str, ...]) -> None:
+    with pytest.warns(RuntimeWarning) as caught:
+        system = System.from_function(function, ["x"])
+    (warning,) = caught
+    assert all(word in str(warning.message) for word in (*named, "called", "without a Jacobian", "slower"))
+    assert warning.filename == __file__ and not system.has_formulas
+
+
+@pytest.mark.parametrize(
+    ("function", "named"),
+    [
+        (lambda t, x, p: [x[0] * 1j], ("1j", "a real number")),
+        (lambda t, x, p: [x[3]], ("IndexError",)),
+        (lambda x: x, ("TypeError",)),
+        (lambda t, x, p: [1.0, 2.0] if x[0] > 0 else [3.0, 4.0], ("branches", "each of 1 states")),
+    ],
+)
+def test_what_cannot_be_called_either_is_refused(function: Callable[..., Any], named: tuple[str, ...]) -> None:
     with rejected("not-traced") as caught:
         System.from_function(function, ["x"])
     assert all(word in str(caught.value) for word in named)
@@ -122,3 +136,11 @@ def test_what_is_refused() -> None:
         UserSystem.from_function(lambda t, x, p: x, ["x"], angles=["x"])
     with refused("parameters.mu", given="fast", code="no-quantity"):
         UserSystem.from_function(van_der_pol, ["q", "v"], {"mu": "fast"})
+
+
+def test_a_line_whose_text_is_not_known_is_told_by_its_number() -> None:
+    typed: dict[str, Any] = {}
+    exec(compile("def rate(t, x, p):\n    return [x[3]]", "<stdin>", "exec"), typed)
+    with rejected("not-traced") as caught:
+        System.from_function(typed["rate"], ["x"])
+    assert "at line 2 of <stdin>" in str(caught.value) and "()" not in str(caught.value)

@@ -19,8 +19,8 @@ ordinary differential equations:
 ``UserSystem`` (``load_equations``), ``System``, ``compile_system``, ``integrate``, ``periodic_orbit``; any System averaged:
 ``averaged``, ``strongly_damped``, ``separated``. Errors: ``WuchtError``, which is ``InputError`` or ``RunError``.
 
-The layers of the package, each of which knows only those before it: ``errors``, ``schema``, ``piecewise``,
-``function_trace``, ``system``, ``results``, ``numerics``, ``fatigue``, ``mechanics``, ``machines``, ``files``, ``analysis``,
+The layers of the package, each of which knows only those before it: ``errors``, ``schema``, ``piecewise``, ``function_trace``,
+``function_call``, ``system``, ``results``, ``numerics``, ``fatigue``, ``mechanics``, ``machines``, ``files``, ``analysis``,
 ``measurements``, ``cams``, ``dynamics``, ``plots``, ``studies``, ``reports``, ``web``, ``extending``, ``cli``.
 """
 

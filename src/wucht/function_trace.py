@@ -163,7 +163,7 @@ def traced_rates(
     except Exception as error:  # whatever a function of the user's raises
         reason = str(error) if isinstance(error, _NoNumberError) else f"{type(error).__name__}: {error}"
         remedy = f"; {_REMEDY}" if isinstance(error, _NoNumberError | TypeError) else ""
-        sentence = f"{name} cannot be written as formulas: {reason}{_line_of(function, error)}{remedy}"
+        sentence = f"{name} cannot be written as formulas: {reason}{line_of(function, error)}{remedy}"
         raise WuchtError(sentence, code="not-traced") from error
     if len(rates) != len(states):
         values_text = "nothing" if output is None else f"{len(rates)} value{'s' if len(rates) > 1 else ''}"
@@ -173,11 +173,14 @@ def traced_rates(
     return tuple(rates)
 
 
-def _line_of(function: Callable[..., Any], error: Exception) -> str:
+def line_of(function: Callable[..., Any], error: BaseException) -> str:
     """The line of the function at which an error arose, in words; empty where that is not known."""
     file = getattr(getattr(function, "__code__", None), "co_filename", None)
     lines = [frame for frame in extract_tb(error.__traceback__) if frame.filename == file]
-    return f", at line {lines[-1].lineno} of {Path(lines[-1].filename).name} ({lines[-1].line})" if lines else ""
+    if not lines:
+        return ""
+    text = f" ({lines[-1].line})" if lines[-1].line else ""  # which is not known of what was typed at a prompt
+    return f", at line {lines[-1].lineno} of {Path(lines[-1].filename).name}{text}"
 
 
 def _symbol_of(name: str, *values: Any) -> TraceSymbol:

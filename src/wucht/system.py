@@ -15,6 +15,7 @@ from typing import Any
 import sympy as sp
 
 from wucht.errors import WuchtError
+from wucht.function_call import CalledRate, PythonCall, called_rates
 from wucht.function_trace import traced_rates
 from wucht.piecewise import with_located_kinks
 
@@ -107,6 +108,9 @@ class System:
     ) -> System:
         """Write a Python function f(t, x, p) as formulas: it is called once, with symbols in the place of numbers.
 
+        One that asks for a number, by a branch, ``math.sin`` or a function of SciPy, has no formulas: it is kept, and called at
+        each stage of each step of an integration.
+
         Parameters
         ----------
         function : callable
@@ -122,13 +126,20 @@ class System:
         Returns
         -------
         System
-            As if its formulas had been written: with Jacobian, averaging and machine code.
+            As if its formulas had been written: with Jacobian, averaging and machine code. Of a function that is called there
+            are only integrations and run-ups ``until`` a time, at about 100 times the time (a pendulum with a branch takes
+            3 us a call, half of it in the function itself, and its formulas 0.03 us); what needs more raises ``WuchtError``
+            with its line. It stays in its process, and no machine code of it is kept.
+
+        Warns
+        -----
+        RuntimeWarning
+            Where the function is called: with the line that has no formula, what to write instead, and what is lost.
 
         Raises
         ------
         WuchtError
-            Where the function asks for a number, by a branch, ``math.sin`` or a function of SciPy: with the line, and what to
-            write instead.
+            Where it can neither be traced nor called with numbers, or returns another number of values than there are states.
 
         Examples
         --------
@@ -140,7 +151,12 @@ class System:
         if isinstance(states, str) or isinstance(parameters, str):
             raise WuchtError('states and parameters are lists of names: from_function(f, ["x", "v"], ["mu"])', code="no-list")
         state_symbols, constants = (tuple(sp.Symbol(name, real=True) for name in names) for names in (states, parameters))
-        rates = traced_rates(function, TIME, state_symbols, constants)
+        try:
+            rates = traced_rates(function, TIME, state_symbols, constants)
+        except WuchtError as error:
+            if error.code != "not-traced":
+                raise
+            rates = called_rates(function, TIME, state_symbols, constants, error)
         turning = frozenset(sp.Symbol(name, real=True) for name in angles)
         smooth_between_kinks = tuple(with_located_kinks(rate, frozenset(constants)) for rate in rates)
         return cls(state_symbols, smooth_between_kinks, constants, angles=turning)
@@ -187,10 +203,29 @@ class System:
         return tuple(s in self.angles for s in self.states)
 
     @cached_property
+    def has_formulas(self) -> bool:
+        """False if the equations call a Python function that has none: see ``from_function``."""
+        return self._call is None
+
+    def require_formulas(self) -> None:
+        """Raise ``WuchtError`` if the equations call a Python function that has none: with its line."""
+        if self._call is not None:
+            raise self._call.refusal()
+
+    @cached_property
     def depends_on_time(self) -> bool:
-        """True if time itself occurs in the equations."""
-        every = (*self.derivatives, *(expression for _, expression in self.definitions))
-        return any(TIME in sp.sympify(expression).free_symbols for expression in every)
+        """True if time itself occurs in the equations. Raises ``WuchtError`` where that is not known: they have no formulas."""
+        self.require_formulas()
+        return any(TIME in sp.sympify(expression).free_symbols for expression in self._equations)
+
+    @property
+    def _equations(self) -> tuple[sp.Expr, ...]:
+        return (*self.derivatives, *(expression for _, expression in self.definitions))
+
+    @cached_property
+    def _call(self) -> PythonCall | None:
+        rates = (rate for e in self._equations for rate in sp.sympify(e).atoms(CalledRate))
+        return next((rate.call for rate in rates), None)
 
     @cached_property
     def parameter_names(self) -> tuple[str, ...]:

@@ -107,7 +107,7 @@ class UserSystem:
         InputError
             For a value that is no number, and a state in ``angles`` whose rates change by a whole turn.
         WuchtError
-            As there.
+            As there, which tells of warnings too.
 
         Examples
         --------

@@ -108,6 +108,7 @@ def averaged(system: System, small: sp.Symbol | None = None, order: int = 1, per
     refuse_other_orders(order, "averaging")
     if small is not None:
         refuse_unknown_parameter(system, small)
+    system.require_formulas()
     epsilon, states = sp.S.One if small is None else small, system.states
     # Definitions of time or epsilon, and all at order 2, which differentiates, are substituted before averaging.
     moving = {s for s, _ in system.definitions} if order == 2 else _moving(system, small)

@@ -81,6 +81,7 @@ def separated(system: System, positions: Sequence[sp.Symbol], fast: sp.Symbol, m
         does not exist or has no closed form known here.
     """
     refuse_unknown_parameter(system, fast)
+    system.require_formulas()
     velocities = _velocities(system, positions)
     explicit = {s: sp.sympify(system.explicit(f)) for s, f in zip(system.states, system.derivatives, strict=True)}
     forces = [trigonometric_polynomial(_substitute_theta(explicit[v], fast, v), THETA) for v in velocities]

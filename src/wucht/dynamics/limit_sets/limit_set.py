@@ -36,6 +36,7 @@ class MotionKind(LabelWithSentence):
     CHAOTIC = "chaotic", "nearby motions separate exponentially"
     DIVERGES = "diverges", "the motion grows beyond all bounds"
     NOT_SETTLED = "unsettled", "the run is too short to tell what the motion tends to"
+    UNKNOWN = "unidentified", "what the motion tends to is not told: its rates are those of a Python function without formulas"
     FAILED = "failed", "the run failed"
 
 

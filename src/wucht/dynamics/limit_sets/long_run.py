@@ -149,12 +149,15 @@ def long_run(
             continue
         if record.is_beyond(record.state):
             return record.run(MotionKind.DIVERGES)
+        if not system.has_formulas:
+            continue
         # The verdict of a shorter record stands where a longer one has none.
         accuracy = exponent_accuracy if limit_set is None or number + 1 == count else None
         limit_set = settled_motion(bare, record.compiled_system, record.segment(), accuracy) or limit_set
         if limit_set is not None and until is None:
             break
-    return record.run(MotionKind.NOT_SETTLED if limit_set is None else limit_set.kind, limit_set)
+    unknown_kind = MotionKind.NOT_SETTLED if system.has_formulas else MotionKind.UNKNOWN
+    return record.run(unknown_kind if limit_set is None else limit_set.kind, limit_set)
 
 
 class _Record:
@@ -235,7 +238,7 @@ def _first_span(bare: Subject, start: np.ndarray, tolerance: float) -> tuple[Lim
     with np.errstate(all="ignore"):
         fastest = float(np.nan_to_num(np.abs(rates) / sizes, posinf=0.0).max())
     nearest = None
-    if fastest <= _ROUNDING and not system.depends_on_time:
+    if fastest <= _ROUNDING and system.has_formulas and not system.depends_on_time:
         metric = StateMetric(sizes, np.array(system.is_angle), 0.0)
         nearest = equilibrium_near(bare, start, metric, tolerance)
         if nearest is not None and (np.abs(nearest.states[:, 0] - start) > _ROUNDING * sizes).any():

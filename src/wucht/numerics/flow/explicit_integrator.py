@@ -12,6 +12,7 @@ from enum import IntEnum
 
 import numpy as np
 
+from wucht.function_call import begin_calls, call_failed, reason_of_failure
 from wucht.numerics.flow import step_sizes
 from wucht.numerics.flow.compiled import leg_memory, leg_stepper
 from wucht.numerics.flow.compiled.dormand_prince import (
@@ -118,6 +119,7 @@ class ExplicitIntegrator:
         samples, times = np.empty((len(grid), len(state))), np.ascontiguousarray(grid)
         constants = {name: values.copy() for name, values in self._constants.items()}
         segment = self._memory["segment"].copy()
+        begin_calls()
         while ending is Ending.NO_ROOM:  # for the hits: so many are seldom in one leg, which is repeated
             self._place(begin, state)
             self._memory["segment"][:] = segment
@@ -127,8 +129,8 @@ class ExplicitIntegrator:
             ending = self._advance({"grid": times, "samples": samples, "hit_events": hit_events, "hits": hits})
         sample_count, hit_count, _, stopped_by = self._memory["counts"].tolist()
         result = samples[:sample_count].T
-        if ending is Ending.NOT_FINITE:
-            raise LegError(*NOT_FINITE, result)
+        if ending is Ending.NOT_FINITE or call_failed():
+            raise LegError(*(reason_of_failure() or NOT_FINITE), result[:, np.isfinite(result).all(axis=0)])
         if ending is Ending.STANDING_STILL:
             raise SlidingError(result)
         if ending is Ending.NO_STEPS_LEFT:

@@ -19,6 +19,7 @@ import sympy as sp
 
 from wucht.disk_cache import derived_once
 from wucht.errors import RunError
+from wucht.function_call import CALL_PREFIX, CalledRate
 from wucht.piecewise import Pieces, PiecewiseCubic
 from wucht.system import TIME as TIME  # noqa: PLC0414 - re-exported
 from wucht.system import System, needed_definitions
@@ -178,6 +179,8 @@ def python_function(
     source, tables = _source(tuple(arguments), tuple(lines), tuple(map(sp.sympify, results)), modules)
     library = _LIBRARIES[modules]  # SymPy calls some functions with its name, most without
     names = vars(library) | {modules: library, "reduce": reduce} | {f"table_{k}": table for k, table in enumerate(tables)}
+    if CALL_PREFIX in source:
+        names |= {str(c.func): c.column for e in (*(e for _, e in lines), *results) for c in sp.sympify(e).atoms(CalledRate)}
     exec(source, names)
     function: Callable[..., Any] = names["_lambdifygenerated"]
     return function

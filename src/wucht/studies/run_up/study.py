@@ -176,6 +176,10 @@ class RunUp(SingleRun):
         refuse_machine_keys(self, _KEYS_OF_MACHINES)
         if self.limit_set is False:
             raise InputError("study.limit_set", False, "must be true, or not given, for a table [system]")
+        if self.until is None and not subject.system.has_formulas:
+            raise InputError(
+                "study.until", None, "must be given for a Python function without formulas: the run does not end itself"
+            )
         state = states_from(subject.system, start, location)
         refuse_singular_start(subject, state, location)
         values = dict(zip(subject.system.state_names, state.tolist(), strict=True))

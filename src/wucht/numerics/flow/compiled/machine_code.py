@@ -19,6 +19,7 @@ import llvmlite.binding as llvm
 import numpy as np
 
 from wucht.disk_cache import derived_once
+from wucht.function_call import CALL_PREFIX
 from wucht.numerics.flow.compiled.kernel_translation import INSTRUCTIONS, kernel_text
 from wucht.numerics.flow.compiled.straight_line_code import LIBRARY, LIBRARY_PREFIX
 
@@ -35,7 +36,9 @@ class MachineCode:
     @classmethod
     def of(cls, text: str, names: tuple[str, ...]) -> MachineCode:
         """Compile a module, or read what an earlier process made of it."""
-        return cls.of_file(object_file(text, names, target_description()), names)
+        is_of_this_process = CALL_PREFIX in text
+        content = compiled_object(text, names) if is_of_this_process else object_file(text, names, target_description())
+        return cls.of_file(content, names)
 
     @classmethod
     def of_file(cls, content: bytes, names: tuple[str, ...]) -> MachineCode:

@@ -11,9 +11,10 @@ from functools import reduce
 from typing import Any
 
 import sympy as sp
-from llvmlite import ir
+from llvmlite import binding, ir
 
 from wucht.errors import RunError
+from wucht.function_call import CalledRate
 from wucht.numerics.flow.program import TIME, Program
 
 # The names under which a module calls functions of the C library, so that no platform has to export them by another name.
@@ -166,6 +167,23 @@ class _Printer:
         self.memo[sp.sin(e.args[0])], self.memo[sp.cos(e.args[0])] = sine, cosine
         return self.memo[e]
 
+    def _python_rate(self, e: CalledRate) -> Any:
+        """Return a rate of a Python function; all of them are computed together."""
+        if self.width > 1:
+            raise e.call.refusal()
+        sizes = (ir.Constant(_INTEGER, len(values)) for values in (e.args, e.call.rates))
+        arguments, results = (self.builder.alloca(_DOUBLE, size) for size in sizes)
+        for i, argument in enumerate(e.args):
+            self.builder.store(self(argument), self.place(arguments, i))
+        function = self.module.globals.get(e.call.name)
+        if function is None:
+            binding.add_symbol(e.call.name, e.call.address)
+            kinds = [_DOUBLE.as_pointer()] * 2
+            function = ir.Function(self.module, ir.FunctionType(ir.VoidType(), kinds), e.call.name)
+        self.builder.call(function, [arguments, results])
+        self.memo |= {rate(*e.args): self.load(results, i) for i, rate in enumerate(e.call.rates)}
+        return self.memo[e]
+
     def _waves(self, x: Any) -> tuple[Any, Any]:
         """Return sine and cosine of a value, to a unit in the last place, without a branch."""
         builder = self.builder
@@ -216,4 +234,5 @@ class _Printer:
 _PRINTERS: dict[type[sp.Expr], Callable[[_Printer, Any], Any]] = {
     sp.Add: _Printer._sum, sp.Mul: _Printer._product, sp.Pow: _Printer._power, sp.sin: _Printer._wave, sp.cos: _Printer._wave,
     sp.Abs: _Printer._magnitude, sp.sign: _Printer._sign,
+    CalledRate: _Printer._python_rate,
 }  # fmt: skip
