@@ -46,7 +46,7 @@ def test_an_error_that_nobody_hears(here: Path) -> None:
 
 def test_a_reader_that_leaves(here: Path) -> None:
     done = in_a_shell("wucht list | head -1")
-    assert (done.returncode, done.stdout, done.stderr) == (0, b"carriers:\n", b"")
+    assert (done.returncode, done.stdout, done.stderr) == (0, b"carriers:    x, y, xy, fixed, r, xyr\n", b"")
     assert in_a_shell("wucht --help | true").returncode == 0
 
 

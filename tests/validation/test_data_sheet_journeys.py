@@ -136,7 +136,7 @@ def test_a_screen_from_its_motors_to_report_and_workbook(wucht: Command, here: P
     by_hand = 2 * 9.0 / mass
     assert f"{1e3 * by_hand:.2f} {1e3 * s['stroke']:.2f}" == "8.74 8.80"
     assert s["stroke"] == pytest.approx(by_hand / (1 - (153 / 1488) ** 2), rel=5e-3)
-    assert s["machine_number"] == pytest.approx(s["stroke"] / 2 * speed**2 / 9.81, rel=1e-2)
+    assert s["machine_number"] == pytest.approx(by_hand / 2 * speed**2 / 9.81, rel=5e-3)
     assert f"{s['machine_number']:.1f}" == "10.8"
     # The weights pull with U w^2 = 109.3 kN; the bearings have to carry the shaft's 80 kg along with the screen, too.
     assert 4.5 * speed**2 == pytest.approx(109.3e3, rel=1e-3)
@@ -162,15 +162,14 @@ def test_a_screen_from_its_motors_to_report_and_workbook(wucht: Command, here: P
     ("torques", "starting", "outcome"),
     [
         (", breakdown_torque_ratio = 2.8", 19.4, "not-started"),  # Kloss: 2 T_b s_b at standstill
-        (", breakdown_torque_ratio = 2.8, starting_torque_ratio = 1.55", 1.55 * 19.757, "not-started"),
-        (", breakdown_torque_ratio = 2.8, starting_torque_ratio = 1.75", 1.75 * 19.757, "synchronised"),
+        (", breakdown_torque_ratio = 2.8, starting_torque_ratio = 2.4", 2.4 * 19.757, "synchronised"),
     ],
 )
 @pytest.mark.usefixtures("coarse_angles", "unpainted")
 def test_a_motor_lifts_the_hanging_weights_or_does_not(
     torques: str, starting: float, outcome: str, wucht: Command, here: Path
 ) -> None:
-    """44.1 N m hold the weights; 0.725 of it, max (1 - cos x)/x, carry them over if they come at once: 32.0 N m."""
+    """44.1 N m hold the weights; a motor whose torque at standstill is less than half of that swings them and no more."""
     write_screen(here, torques)
     start = ("--set", "study.start.e1=-90 deg", "--set", "study.start.e2=-90 deg")
     s = wucht("run", "screen.toml", *start, "--json").document["summary"]

@@ -16,7 +16,7 @@ from wucht.plots.sheet import figure_of, write_assumptions
 from wucht.plots.single_panels import draw_into, panels_by_name, panels_on_a_sheet
 from wucht.results.formatting import units_in_print
 from wucht.results.provenance import refuse_edited_values
-from wucht.results.report import is_of_version_0_1
+from wucht.results.report import answer_in_print, is_of_version_0_1
 from wucht.studies.registry import StudyEntry, studies
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ def _draw_panels(result: xr.Dataset, page: Page, names: str | Sequence[str] | No
             unknown_name = next((str(name) for name in chosen_names if name not in panels), "")
             raise InputError("panels", names, f"must be names of different panels; {nearest(unknown_name, panels)}")
         if axes is None:
-            figure = panels_on_a_sheet(draw_whole, chosen_names, result.attrs["title"], result.attrs["sentence"])
+            figure = panels_on_a_sheet(draw_whole, chosen_names, result.attrs["title"], answer_in_print(result))
             write_assumptions(figure, result.wucht.assumed)
             _print_units(figure)
             return arrange(figure)

@@ -35,7 +35,8 @@ def test_its_summary_has_the_orbit_and_names_of_its_states() -> None:
 def test_a_report_and_a_figure_are_made_from_the_dataset() -> None:
     result = wucht.run(wucht.RunUp(start={"a": 0.5}), subject({"a": "w", "w": "1 - w"}, ("a",)))
     lines = wucht.report(result)
-    assert lines[1].startswith("verdict: PERIODIC, the motion tends to a periodic orbit of period 6.283185")
+    assert lines[1].startswith("verdict: PERIODIC, the motion tends to a periodic orbit of period 6.283")
+    assert "the motion tends to a periodic orbit of period 6.283185" in result.wucht.sentence
     assert any("a +1 a period" in line for line in lines)
     assert [axis.get_ylabel() for axis in wucht.draw(result).axes] == ["a", "w", "w"]
 
