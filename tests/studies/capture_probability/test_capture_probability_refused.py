@@ -78,12 +78,11 @@ def test_a_distribution_that_reaches_what_the_machine_forbids() -> None:
             run(CaptureProbability(along="drive.slope", range=[0.01, 0.02], random=random, samples=64), load_machine(R1))
 
 
-@pytest.mark.parametrize(("key", "low", "high"), [("samples", 64, 2**20), ("points", 2, 1000)])
+@pytest.mark.parametrize(("key", "low", "high"), [("samples", 8, 2**20), ("points", 2, 1000)])
 def test_numbers_that_are_allowed(key: str, low: int, high: int) -> None:
     given = {"along": "u", "range": [1.0, 3.0], "random": PSI, "model": "slow"}
     for value in (low, high):
         assert getattr(CaptureProbability(**given | {key: value}), key) == value
-    step = 16 if key == "samples" else 1
-    for value in (low - step, high + step):
+    for value in (low - 1, high + (16 if key == "samples" else 1)):
         with refused(f"study.{key}", given=value):
             CaptureProbability(**given | {key: value})
