@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from itertools import permutations
-from typing import Any
 
 import numpy as np
 import pytest
@@ -67,7 +66,7 @@ def test_angles_are_uniform_and_orders_equally_likely(seed: int) -> None:
         assert kstest(of_body, "uniform", (0.0, 2 * math.pi)).statistic < 1.63 / math.sqrt(COUNT), "1 % of independent ones"
     order = np.argsort((angles - angles[0]) % (2 * math.pi), axis=0)
     for one in permutations((1, 2, 3)):
-        assert np.mean((order[1:].T == one).all(axis=1)) == pytest.approx(1 / 6, abs=0.02)
+        assert np.mean((one == order[1:].T).all(axis=1)) == pytest.approx(1 / 6, abs=0.02)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])

@@ -21,6 +21,7 @@ from wucht.machines.tracks import angular_width
 
 PREFIX = "tracks."  # of the name of a track among random quantities
 UNIFORM = "uniform"  # its definition
+_LEAST_FREE = 1e-6  # rad
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ def arrangement_of(machine: Machine, name: str, location: str) -> Arrangement:
     """Return the arrangement of a track, ``tracks.NAME``. Raises ``InputError`` at ``location`` where nothing is free on it."""
     bodies = _bodies(machine, name, location)
     # Two unlike bodies that touch fill no more than half of what two pairs of like ones do: asin is convex.
-    if len(bodies) > 1 and sum(angular_width(b, b) for b in bodies) >= 2 * math.pi:
+    if len(bodies) > 1 and 2 * math.pi - sum(angular_width(b, b) for b in bodies) < _LEAST_FREE:
         requirement = f"the {len(bodies)} bodies of this track fill its circle, and nothing is free to be random"
         raise InputError(location, UNIFORM, requirement, code="full-track")
     return Arrangement(tuple(tuple(angular_width(a, b) for b in bodies) for a in bodies))

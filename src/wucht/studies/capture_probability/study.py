@@ -216,8 +216,6 @@ class CaptureProbability(EnsembleStudy):
         for one in (samples, *(() if sensitivity is None else sensitivity[1:])):
             for k, name in parameters.items():
                 self._refuse_forbidden_values(machine, name, one[k])
-                self._refuse_widths(machine, name, one[k])
-        self._refuse_widths(machine, along.path, np.array([low, high]))
         question = EnsembleQuestion(
             machine, tuple(parameters.values()), self.model, self.inertia, self.order, self.until, tolerance=self.tolerance
         )
@@ -237,18 +235,6 @@ class CaptureProbability(EnsembleStudy):
             return arranged_quantities(machine, name), arrangement_of(machine, name, location)
         v = varied_quantity(machine, name, f"random.{name}")
         return (v,), distribution_of(definition, v.quantity, location)
-
-    def _refuse_widths(self, machine: Machine, path: str, values: np.ndarray) -> None:
-        """Refuse a parameter on which an arrangement depends: it is drawn for all runs at once. Raises ``InputError``."""
-        for name in (name for name, definition in self.random.items() if isinstance(definition, str)):
-            location = f"study.random.{name}"
-            at_ends = {
-                arrangement_of(machine.with_values({path: float(end)}), name, location) for end in (values.min(), values.max())
-            }
-            if at_ends != {arrangement_of(machine, name, location)}:
-                raise InputError(
-                    location, UNIFORM, f"not allowed with {path}, which changes the places on the track", code="widths"
-                )
 
     def _refuse_forbidden_values(self, machine: Machine, name: str, values: np.ndarray) -> None:
         for value in (float(values.min()), float(values.max())):
