@@ -55,7 +55,7 @@ def test_they_hold_as_often_as_they_say(region: object, dimensions: int) -> None
 
 @pytest.mark.parametrize("count", [8, 16, 32, 48, 64])
 def test_they_hold_from_eight_points_on(count: int) -> None:
-    """Of the square, and of the part of it that is left where a third is left out: independent points, and few of each replicate.
+    """Of the square, and of what is left of it without a third: independent points, and few of each replicate.
 
     The least share of 400 bands that hold with 95 % each is 0.925 in 97 of 100 cases.
     """
@@ -83,7 +83,7 @@ def test_independent_points_have_exact_bounds() -> None:
 
 
 def test_the_scatter_of_a_ratio_by_hand() -> None:
-    """Of 4, 8, 6, 6 points are 2, 3, 3, 1 inside: a share of 9/24; residuals 0.5, 0, 0.75, -1.25, whose squares are 2.375 in all.
+    """Of 4, 8, 6, 6 points are 2, 3, 3, 1 inside, a share of 9/24: residuals 0.5, 0, 0.75, -1.25, their squares 2.375 in all.
 
     The standard deviation of the share is sqrt(2.375/3/4)/6 = 0.074146, and 3.18245 of these, by Student's t, are 0.235967.
     """

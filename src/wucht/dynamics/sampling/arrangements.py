@@ -66,8 +66,8 @@ def _bodies(machine: Machine, name: str, location: str) -> list[TrackBody]:
         if isinstance(part, TrackBody) and part.track is not None:
             by_track.setdefault(f"{PREFIX}{part.track}", []).append(part)
     if name not in by_track:
-        known = nearest(name, by_track) if by_track else "no body of the machine has a track"
-        raise InputError(location, UNIFORM, f"{name!r} is not a track of the machine; {known}", code="unknown-track")
+        hint = nearest(name, by_track) if by_track else "no body of the machine has a track"
+        raise InputError(location, UNIFORM, f"{name!r} is not a track of the machine; {hint}", code="unknown-track")
     return by_track[name]
 
 

@@ -116,8 +116,8 @@ class RandomRuns:
         probes = samples[:, np.unique([*extremes, *np.linspace(0, samples.shape[1] - 1, _PROBES).astype(int)])]
         for end in ends:
             machine = self.question_at(end).machine
-            refused = refused_members(machine, self.start, self.quantities, probes, "study.random")
-            allowed = np.delete(probes, list(refused), axis=1)
+            refusals = refused_members(machine, self.start, self.quantities, probes, "study.random")
+            allowed = np.delete(probes, list(refusals), axis=1)
             if not allowed.size:
                 self.members(end, probes)
         return omissions_among(self.question_at(ends[-1]), self.start, self.quantities, allowed, "study.random")

@@ -115,10 +115,10 @@ def state_runs(a: Answer, prepared: Prepared, points: Sequence[ProbabilityPoint]
     a.number("impossible", sum(len(p.members.outcome) - p.possible_count for p in points), "number of runs that cannot be made")
     a.number("values", [len(points) - search_count, len(grid)], "number of computed values, and of all")
     search_clause = f", {search_count} of them for the search" if search_count else ""
-    begun = [p for p in points if len(p.members.outcome) < size]
-    fewer = f"; fewer at {missing} of them, where none has a verdict" if begun else ""
-    if any(not p.is_undecided for p in begun):
-        fewer = f"; fewer so far at {len(begun)} of them"
+    incomplete = [p for p in points if len(p.members.outcome) < size]
+    fewer = f"; fewer at {missing} of them, where none has a verdict" if incomplete else ""
+    if any(not p.is_undecided for p in incomplete):
+        fewer = f"; fewer so far at {len(incomplete)} of them"
     a.line("runs", f"{count}: {size} at each of {len(points)} values{search_clause}{fewer}")
     _state_sensitivity(a, prepared, cross, names)
     longest = _longest_undecided(points)

@@ -83,7 +83,7 @@ def _distributions(table: Mapping[str, Any], path: str = "") -> dict[str, Defini
     return distributions
 
 
-def _in_words(definition: Definition) -> str:
+def _definition_text(definition: Definition) -> str:
     return (
         f"{UNIFORM}: bodies without overlap, in any order" if isinstance(definition, str) else distribution_in_words(definition)
     )
@@ -200,9 +200,9 @@ class CaptureProbability(EnsembleStudy):
         """Return the runs, the values of the parameter, and the samples. Raises ``InputError``."""
         along = parameter_of(machine, self.along)
         low, high = checked_range(machine, along, self.range)
-        drawn = [self._drawn_together(machine, name) for name in self.random]
-        quantities = tuple(v for together, _ in drawn for v in together)
-        distributions = [distribution for _, distribution in drawn]
+        joint = [self._drawn_together(machine, name) for name in self.random]
+        quantities = tuple(v for together, _ in joint for v in together)
+        distributions = [distribution for _, distribution in joint]
         initial_state(machine, self.start)
         check_given_once(quantities, self.start, "random", "another random quantity")
         samples = sample_values(distributions, points(self.samples, len(quantities), self.seed).reshape(-1, len(quantities)))
@@ -211,7 +211,7 @@ class CaptureProbability(EnsembleStudy):
             library()
             (at,) = values_of(machine, along, (self.at,), "at")
             dimensions = [distribution.dimensions for distribution in distributions]
-            sensitivity = at, sample_values(distributions, cross_samples(self.base, len(drawn), self.seed, dimensions))
+            sensitivity = at, sample_values(distributions, cross_samples(self.base, len(joint), self.seed, dimensions))
         parameters = {k: v.name for k, v in enumerate(quantities) if v.state is None}
         for one in (samples, *(() if sensitivity is None else sensitivity[1:])):
             for k, name in parameters.items():
@@ -283,7 +283,7 @@ class CaptureProbability(EnsembleStudy):
         a.number("outcome", list(self.outcome), "counted outcomes")
         a.number("confidence", self.confidence, "confidence of the bounds")
         state_probabilities(a, prepared, done)
-        distributions = {name: _in_words(definition) for name, definition in self.random.items()}
+        distributions = {name: _definition_text(definition) for name, definition in self.random.items()}
         for k, (name, words) in enumerate(a.number("random", distributions, "random quantities").items()):
             a.line("" if k else "random", "{name} {words}", name=name, words=words)
         state_target(a, prepared, done, self.probability)
