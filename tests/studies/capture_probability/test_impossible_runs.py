@@ -37,6 +37,7 @@ def test_where_balls_overlap_the_probability_is_that_of_the_other_starts() -> No
     assert f"{100 * s['probability'][0]['impossible']:.4g} % of the runs cannot be made" in "\n".join(report(result))
     (told,) = (w for w in result.wucht.warnings if "left out" in w)
     assert "cannot be made: they are left out, and the probability is that of the other ones" in told
+    assert told.endswith('; random = { "tracks.ring" = "uniform" } draws arrangements in which no bodies overlap')
     assert sum("failed: 'b" in w for w in result.wucht.warnings) == 3
     assert draw(result).axes
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from wucht.dynamics.sampling.arrangements import PREFIX, UNIFORM
 from wucht.dynamics.sampling.distributions import Indices, replicate_count
 from wucht.dynamics.sampling.ensemble_run import integration_note
 from wucht.dynamics.sampling.ensembles import MemberOutcomes
@@ -169,7 +170,10 @@ def warn(a: Answer, prepared: Prepared, points: Sequence[ProbabilityPoint], cros
     if impossible := [p for p in points if p.impossible_share]:
         worst = max(impossible, key=lambda p: p.impossible_share)
         words = f"up to {percent(worst.impossible_share)} of the runs (at {along.value_text(worst.value, 5)}) cannot be made"
-        a.warn(f"{words}: they are left out, and the probability is that of the other ones")
+        tracks = [f"{PREFIX}{track.name}" for track in runs.question.machine.tracks]
+        undrawn = [name for name in tracks if not any(v.name.startswith(f"{name}.") for v in runs.quantities)]
+        hint = f'; random = {{ "{undrawn[0]}" = "{UNIFORM}" }} draws arrangements in which no bodies overlap' if undrawn else ""
+        a.warn(f"{words}: they are left out, and the probability is that of the other ones{hint}")
     if undecided_points:
         a.warn(_undecided_in_words(a, runs, undecided_points))
     if sensitivity is not None and len(undecided_points) == len(points):
