@@ -33,8 +33,8 @@ def test_a_corner() -> None:
 
 
 def test_quantities_that_are_drawn_together_count_as_one() -> None:
-    """Three coordinates of a track and one more, which decide alike: u1 + u2 + u3 + v > 2. Two such sums with the first three in
-    common are correlated by 3/4. Whether normal ones are both above their mean, then, by (2/pi) arcsin(3/4) = 0.540, the index of
+    """Three coordinates of a track and one more: u1 + u2 + u3 + v > 2. Two such sums with the first three in common are
+    correlated by 3/4: of normal ones the sides of their mean on which they lie are by (2/pi) arcsin(3/4) = 0.540, the index of
     the first quantity; that of the other one is (2/pi) arcsin(1/4) = 0.161."""
     at = cross_samples(1024, 2, 5, [3, 1])
     assert at.shape == (1024 * 4, 4)
