@@ -235,3 +235,27 @@ def test_the_material_slows_the_screen_down(ran) -> None:
     across = np.ptp(last.sel(direction="y").values) / 2
     assert across * 154.71**2 / 9.81 == pytest.approx(2.58, abs=0.02)
     assert result.wucht.summary["final_amplitude"] == pytest.approx(1.483e-3, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_a_ring_of_balls_compensates_as_far_as_it_goes_wherever_the_balls_begin() -> None:
+    """Side by side n balls have m eps sin(n a/2)/sin(a/2), a = 2 asin(r/eps): 14 of them 0.770 kg m, more than the laundry's
+    0.72 and less than 0.82 kg m; 12 have 0.710, and 1.4 % is left where all touch, a little more where they do not."""
+    track, radius, mass = 0.26 - 0.021, 0.021, 0.3
+    half = math.asin(radius / track)
+    capacity = {n: mass * track * math.sin(n * half) / math.sin(half) for n in (6, 12, 14)}
+    assert list(capacity.values()) == pytest.approx([0.411, 0.710, 0.770], abs=5e-4)
+    study = read_study("practice/washing-machine-ring")
+    result = run(study.spec, study.subject)
+    assert result.estimate.values.tolist() == [1.0, 0.0]
+    assert result.low.values[0] == pytest.approx(0.025 ** (1 / 128))
+    assert result.high.values[1] == pytest.approx(1 - 0.025 ** (1 / 128))
+    assert (result.wucht.summary["runs"], result.wucht.summary["impossible"]) == (256, 0)
+    fewer = read_study("practice/washing-machine-ring", {"b.count": 12, "study.samples": 8, "study.range": [0.6, 0.72]})
+    assert run(fewer.spec, fewer.subject).estimate.values.tolist() == [1.0, 0.0]
+    for count, outcome in ((6, "passed"), (12, "passed"), (14, "compensated")):
+        study = read_study("practice/washing-machine-ring", {"b.count": count, "study.kind": "run-up"})
+        s = run(study.spec, study.subject).wucht.summary
+        assert s["outcome"] == outcome
+        left = max(1 - capacity[count] / 0.72, 0.0)
+        assert left - 1e-3 < s["final_residual_unbalance"] < left + 6e-3, count

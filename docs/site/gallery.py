@@ -31,6 +31,7 @@ EXPENSIVE = frozenset(
         "drozdetskaya-2020/how-likely-it-compensates",
         "drozdetskaya-2020/how-the-rotating-orbit-disappears",
         "practice/exciter-design",
+        "practice/washing-machine-ring",
         "sperling-rollers/damping-optimum",
     }
 )

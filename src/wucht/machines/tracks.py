@@ -148,8 +148,7 @@ def arrange_contacts(
     energies, offsets, tracks = list[Energies](), dict[str, float](), list[Track]()
     parameters = dict(machine.parameters)
     for track in machine.tracks:
-        first = angles[track.bodies[0].name]
-        order = sorted(track.bodies, key=lambda b: (angles[b.name] - first) % (2 * math.pi))  # counter-clockwise
+        order = _order(track, angles)
         contact, more = _contacts(track, order, _offsets(track, order, angles, location), coordinates)
         energies.append(contact)
         tracks.append(replace(track, order=tuple(b.name for b in order)))
@@ -163,6 +162,18 @@ def arrange_contacts(
         energies=(*machine.without_contacts, *energies), parameters=parameters, tracks=tuple(tracks)
     )
     return new_machine.with_unchecked_values(offsets)
+
+
+def check_gaps(machine: Mechanism, angles: Mapping[str, float], location: str) -> None:
+    """Raise ``InputError`` where two bodies of a track overlap at these angles (absolute, in rad)."""
+    for track in machine.tracks:
+        _offsets(track, _order(track, angles), angles, location)
+
+
+def _order(track: Track, angles: Mapping[str, float]) -> list[TrackBody]:
+    """Return the bodies of a track counter-clockwise, from its first one on."""
+    first = angles[track.bodies[0].name]
+    return sorted(track.bodies, key=lambda b: (angles[b.name] - first) % (2 * math.pi))
 
 
 def _offsets(track: Track, order: Sequence[TrackBody], angles: Mapping[str, float], location: str) -> list[float]:

@@ -15,6 +15,7 @@ from wucht.dynamics.run_ups.initial_state import angles_in, format_phases, initi
 from wucht.files.user_system import UserSystem
 from wucht.machines.machine import Machine
 from wucht.machines.operation import gives_torque, has_damped_balancers
+from wucht.machines.parts.track import TrackBody
 from wucht.machines.tree import RotatingBody
 from wucht.studies.study import AVERAGED_EQUATIONS, FULL_EQUATIONS, Study
 
@@ -58,6 +59,7 @@ def _start_statements(spec: Study, machine: Machine) -> list[str]:
         return [f"start: {hanging_words(machine)}"]
     named_bodies = {*start, *varied_names, *(set.intersection(*several) if several else ())}
     named_bodies = {name.partition(".")[0] for name in named_bodies}
+    named_bodies |= {p.name for p in machine.parts if isinstance(p, TrackBody) and f"tracks.{p.track}" in varied_names}
     rotors = [r for r in machine.rotors if r.name not in named_bodies and len(machine.rotors) > 1]
     unnamed_bodies = [b for b in machine.bodies if b.about is not None and not named_bodies & {b.name, "psi", "delta"}]
     if not unnamed_bodies and not rotors:

@@ -32,6 +32,19 @@ def test_a_corner() -> None:
     assert (found.used_points, found.count) == (1024, 1024)
 
 
+def test_quantities_that_are_drawn_together_count_as_one() -> None:
+    """Three coordinates of a track and one more: u1 + u2 + u3 + v > 2. Two such sums with the first three in common are
+    correlated by 3/4: of normal ones the sides of their mean on which they lie are by (2/pi) arcsin(3/4) = 0.540, the index of
+    the first quantity; that of the other one is (2/pi) arcsin(1/4) = 0.161."""
+    at = cross_samples(1024, 2, 5, [3, 1])
+    assert at.shape == (1024 * 4, 4)
+    of_first, of_second = at[1::4], at[2::4]
+    assert np.array_equal(of_first[:, 3], at[::4, 3]) and not (of_first[:, :3] == at[::4, :3]).any()
+    assert np.array_equal(of_second[:, :3], at[::4, :3]) and not (of_second[:, 3] == at[::4, 3]).any()
+    found = indices(at.sum(axis=1) > 2, np.zeros(len(at), bool), 2, 0.95, seed=5)
+    assert found.first == pytest.approx([2 * np.arcsin(0.75) / np.pi, 2 * np.arcsin(0.25) / np.pi], abs=0.06)
+
+
 def test_its_intervals_hold() -> None:
     """Resampled as if the points were independent, they are too wide rather than too narrow."""
     a, b, held = 0.6, 0.5, []

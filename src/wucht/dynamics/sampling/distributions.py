@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
@@ -26,9 +26,24 @@ _LEAST_PROBABILITY = 1e-6  # least probability between the limits: a smaller one
 _FACTOR = Unit("", "factor")
 
 
+class JointDistribution(Protocol):
+    """Values of one or several quantities that are drawn together."""
+
+    @property
+    def dimensions(self) -> int:
+        """Number of the quantities, and of the independent uniform numbers that they follow from."""
+        ...
+
+    def values(self, shares: np.ndarray) -> np.ndarray:
+        """Values (k, M) of the k quantities at points (M, k) of the open unit cube."""
+        ...
+
+
 @dataclass(frozen=True)
 class Distribution:
     """A distribution of ``scipy.stats``: its name, shape, location and scale. logarithmic: of the natural logarithms."""
+
+    dimensions: ClassVar[int] = 1
 
     name: str
     shape: tuple[float, ...]
@@ -42,6 +57,10 @@ class Distribution:
 
         values = np.asarray(getattr(stats, self.name).ppf(share, *self.shape, loc=self.place, scale=self.width))
         return np.asarray(np.exp(values)) if self.logarithmic else values
+
+    def values(self, shares: np.ndarray) -> np.ndarray:
+        """See ``JointDistribution``."""
+        return self.quantiles(shares[:, 0])[None]
 
 
 def check_form(definition: Mapping[str, Any], location: str) -> None:
@@ -115,24 +134,31 @@ def _ends(limits: Any, unit: Unit, location: str, logarithmic: bool) -> tuple[fl
 REPLICATES = 16  # with ten and more, intervals from the scatter of their means hold: see ``probability_bands``
 
 
-def points(count: int, dimensions: int, seed: int) -> np.ndarray:
-    """Points (REPLICATES, count/REPLICATES, dimensions): each replicate begins a newly scrambled Sobol' sequence.
+def replicate_count(count: int) -> int:
+    """Return the number of replicates of so many points; where they are no multiple of REPLICATES, each is independent."""
+    return count if count % REPLICATES else REPLICATES
 
-    count: a multiple of REPLICATES. The points are the same for the same seed.
+
+def points(count: int, dimensions: int, seed: int) -> np.ndarray:
+    """Points (R, count/R, dimensions): each of the R = ``replicate_count(count)`` begins a newly scrambled Sobol' sequence.
+
+    The points are the same for the same seed.
     """
     from scipy.stats import qmc
 
-    replicate_size = count // REPLICATES
+    replicates = replicate_count(count)
+    replicate_size = count // replicates
     power = math.ceil(math.log2(replicate_size))  # drawn at once; the first points of them are used
-    random = [np.random.default_rng(one) for one in np.random.SeedSequence(seed).spawn(REPLICATES)]
+    random = [np.random.default_rng(one) for one in np.random.SeedSequence(seed).spawn(replicates)]
     return np.array([qmc.Sobol(dimensions, seed=r).random_base2(power)[:replicate_size] for r in random])
 
 
-def sample_values(distributions: Sequence[Distribution], shares: np.ndarray) -> np.ndarray:
+def sample_values(distributions: Sequence[JointDistribution], shares: np.ndarray) -> np.ndarray:
     """Values (q, M) of random quantities at points (M, q) of the unit cube."""
     tiny = np.finfo(float).tiny
     inside = np.clip(shares, tiny, 1 - np.finfo(float).epsneg)  # at 0 and 1 the values of a normal distribution are infinite
-    return np.array([one.quantiles(inside[:, k]) for k, one in enumerate(distributions)])
+    columns = np.split(inside, np.cumsum([one.dimensions for one in distributions])[:-1], axis=1)
+    return np.concatenate([one.values(of_one) for one, of_one in zip(distributions, columns, strict=True)])
 
 
 _RESAMPLES = 1000
@@ -161,10 +187,17 @@ def library(part: str = "sample") -> Any:
         raise InputError("study.sensitivity", True, "this needs the extra: pip install wucht[sensitivity]") from None
 
 
-def cross_samples(count: int, quantities: int, seed: int) -> np.ndarray:
-    """Points (count (q + 2), q) of the unit cube: pairs of independent points, and mixtures with one exchanged coordinate."""
+def cross_samples(count: int, quantities: int, seed: int, dimensions: Sequence[int] | None = None) -> np.ndarray:
+    """Points (count (q + 2), d) of the unit cube: pairs of independent points, and mixtures with one exchanged quantity.
+
+    dimensions: number of coordinates of each of the q quantities, by default one; d is their sum.
+    """
     random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(0, 1)))
-    samples = library().sample(_problem(quantities), count, calc_second_order=False, seed=random)
+    problem = _problem(quantities)
+    if dimensions is not None and max(dimensions) > 1:
+        groups = [str(k) for k, columns in enumerate(dimensions) for _ in range(columns)]
+        problem = _problem(len(groups)) | {"groups": groups}
+    samples = library().sample(problem, count, calc_second_order=False, seed=random)
     return np.asarray(samples, float)
 
 

@@ -27,6 +27,8 @@ from wucht.dynamics.sampling.ensembles import (
     MemberOutcomes,
     Start,
     initial_states,
+    outcomes_of_rest,
+    refused_members,
     run_possible,
     subprogress,
 )
@@ -37,6 +39,7 @@ from wucht.dynamics.sampling.track_orders import members_by_order
 from wucht.dynamics.verdicts.noise import Noise
 from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.dynamics.work import TaskReport, Work
+from wucht.errors import InputError
 from wucht.machines.machine import Machine
 from wucht.numerics.ensembles.ensemble import compile_ensemble, tiles
 from wucht.numerics.ensembles.members import Members, Status
@@ -141,9 +144,17 @@ def outcomes_at(
 ) -> MemberOutcomes:
     """Return the outcomes of the members at places (q, M) of the varied quantities; those that cannot be run have failed.
 
-    start: the rest of the start. Raises ``InputError`` at ``location`` for a value that the machine does not allow.
+    start: the rest of the start. location: of the quantities, for messages.
     """
-    starts, values = initial_states(question.machine, start, quantities, places, location)
+    try:
+        starts, values = initial_states(question.machine, start, quantities, places, location)
+    except InputError:
+        reasons = refused_members(question.machine, start, quantities, places, location)
+
+        def run_some(members: np.ndarray) -> MemberOutcomes:
+            return outcomes_at(question, start, quantities, places[:, members], location, report)
+
+        return outcomes_of_rest(places.shape[1], reasons, run_some)
     return run_possible(partial(outcomes_of, question, report=report), question.machine, starts, values)
 
 

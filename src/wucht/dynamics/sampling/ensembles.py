@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from wucht.dynamics.run_ups.hanging_start import with_default_start
-from wucht.dynamics.run_ups.initial_state import initial_state, machine_in_state
+from wucht.dynamics.run_ups.initial_state import angles_in, initial_state
 from wucht.dynamics.run_ups.run_up import prepare_start
 from wucht.dynamics.run_ups.run_up_models import slow_model
 from wucht.dynamics.run_ups.run_variations import VariedQuantity, with_states
@@ -17,6 +17,7 @@ from wucht.dynamics.verdicts.outcomes import OUTCOMES, Outcome
 from wucht.dynamics.work import TaskReport
 from wucht.errors import InputError
 from wucht.machines.machine import Machine
+from wucht.machines.tracks import check_gaps
 
 
 def subprogress(report: TaskReport, begin: float, share: float) -> TaskReport:
@@ -112,6 +113,11 @@ class MemberOutcomes:
         failures = sorted((place[i], reason) for i, reason in self.failures if i in place)
         return MemberOutcomes(**{name: getattr(self, name)[members] for name in _ARRAYS}, failures=tuple(failures))
 
+    @property
+    def is_impossible(self) -> np.ndarray:
+        """Mask (M,) of the members that cannot be run: they have failed at their start."""
+        return np.asarray(self.has_outcome((Outcome.FAILED,)) & (self.end_time == 0.0))
+
     def has_outcome(self, outcomes: Sequence[str]) -> np.ndarray:
         """Mask (M,) of the members with one of some outcomes."""
         return np.isin(self.outcome, [k for k, outcome in enumerate(OUTCOMES) if outcome in outcomes])
@@ -183,7 +189,8 @@ def unrunnable_members(machine: Machine, starts: np.ndarray, values: Mapping[str
     for m, start in enumerate(starts.T if machine.tracks else ()):
         parameters = {name: float(row[m]) for name, row in values.items()}
         try:
-            machine_in_state(machine.with_values(parameters) if parameters else machine, start)
+            member = machine.with_values(parameters) if parameters else machine
+            check_gaps(member, angles_in(member, start), "study.start")
         except InputError as error:
             reasons[m] = error.explanation
     return reasons
@@ -213,6 +220,31 @@ def omissions_among(
     return omission_warnings(question, start, quantities, places[:, first].tolist())
 
 
+def refused_members(
+    machine: Machine, start: Start, quantities: Sequence[VariedQuantity], places: np.ndarray, location: str
+) -> dict[int, str]:
+    """Return the reasons why the machine does not allow the values of members at places (q, M), by their index."""
+    try:
+        initial_states(machine, start, quantities, places, location)
+    except InputError as error:
+        if places.shape[1] == 1:
+            return {0: error.explanation}
+        alone = (refused_members(machine, start, quantities, place[:, None], location) for place in places.T)
+        return {m: reasons[0] for m, reasons in enumerate(alone) if reasons}
+    return {}
+
+
+def outcomes_of_rest(count: int, reasons: Mapping[int, str], run: Callable[[np.ndarray], MemberOutcomes]) -> MemberOutcomes:
+    """Return the outcomes of members: those with a reason, by their index, have failed at their start.
+
+    run: returns the outcomes of the other ones, by their numbers.
+    """
+    outcome, unknown = np.full(count, OUTCOMES.index(Outcome.FAILED), np.int8), np.full(count, np.nan)
+    members = MemberOutcomes(outcome, unknown, unknown, np.zeros(count), tuple(sorted(reasons.items())))
+    possible = np.array([m for m in range(count) if m not in reasons], int)
+    return members.with_outcomes(possible, run(possible)) if len(possible) else members
+
+
 def run_possible(run: Runs, machine: Machine, starts: np.ndarray, values: Mapping[str, np.ndarray]) -> MemberOutcomes:
     """Run members with starts (n, M) and values (M,) of parameters; those that cannot be run have failed.
 
@@ -221,10 +253,8 @@ def run_possible(run: Runs, machine: Machine, starts: np.ndarray, values: Mappin
     reasons, count = unrunnable_members(machine, starts, values), starts.shape[1]
     if not reasons:
         return run(starts, values)
-    outcome, unknown = np.full(count, OUTCOMES.index(Outcome.FAILED), np.int8), np.full(count, np.nan)
-    members = MemberOutcomes(outcome, unknown, unknown, np.zeros(count), tuple(sorted(reasons.items())))
-    possible = np.array([m for m in range(count) if m not in reasons], int)
-    if not len(possible):
-        return members
-    outcomes = run(starts[:, possible], {name: row[possible] for name, row in values.items()})
-    return members.with_outcomes(possible, outcomes)
+
+    def run_some(members: np.ndarray) -> MemberOutcomes:
+        return run(starts[:, members], {name: row[members] for name, row in values.items()})
+
+    return outcomes_of_rest(count, reasons, run_some)

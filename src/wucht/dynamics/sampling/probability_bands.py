@@ -10,6 +10,10 @@ randomized quasi-Monte Carlo estimators", Winter Simulation Conference 2023). Th
 
 Counts are whole numbers. If all replicates have the same count, other counts are not excluded: after R equal ones a share of
 at most 1 - (a/2)^(1/R) can differ, which gives the least variance of a count, but no more than independent points have.
+
+Replicates of one point each are independent points: then the interval of Clopper and Pearson is exact, and used alone. Where
+points are left out, since nothing can be run there, replicates differ in size: the share is a ratio, and its scatter that of
+the residuals, count - share size (W. G. Cochran, Sampling Techniques, 3rd ed. (1977), section 2.11).
 """
 
 from __future__ import annotations
@@ -17,19 +21,19 @@ from __future__ import annotations
 import numpy as np
 
 
-def interval(counts: np.ndarray, replicate_size: int, confidence: float) -> tuple[float, float]:
-    """Two-sided bounds of a probability, from the number of inside points of each replicate (R,) of ``replicate_size``."""
+def interval(counts: np.ndarray, sizes: np.ndarray | int, confidence: float) -> tuple[float, float]:
+    """Two-sided bounds of a probability, from the number of inside points of each replicate (R,), and their sizes."""
     from scipy.stats import norm, t
 
-    replicates, tail = len(counts), (1 - confidence) / 2
-    share, total = float(counts.mean()) / replicate_size, replicates * replicate_size
-    if (
-        counts.min() == replicate_size or counts.max() == 0
-    ):  # independent points scatter at least as much: these bounds are wide enough
-        return clopper_pearson(share * total, total, tail)
+    sizes, replicates, tail = np.broadcast_to(sizes, counts.shape), len(counts), (1 - confidence) / 2
+    inside, total = float(counts.sum()), int(sizes.sum())
+    if inside in (0, total) or sizes.max() <= 1:  # independent points scatter at least as much: these bounds are wide enough
+        return clopper_pearson(inside, total, tail)
+    share, mean_size = inside / total, total / replicates
     otherwise = min(1 - tail ** (1 / replicates), 0.5)
-    least = min(otherwise * (1 - otherwise), replicate_size * share * (1 - share))
-    variance = max(float(counts.var(ddof=1)), least) / replicates / replicate_size**2
+    least = min(otherwise * (1 - otherwise), mean_size * share * (1 - share))
+    scatter = float(np.sum((counts - share * sizes) ** 2)) / (replicates - 1)
+    variance = max(scatter, least) / replicates / mean_size**2
     student = float(t.ppf(1 - tail, replicates - 1))
     independent = share * (1 - share) / variance * (float(norm.ppf(1 - tail)) / student) ** 2
     low, high = clopper_pearson(share * independent, independent, tail)
@@ -46,6 +50,6 @@ def clopper_pearson(inside: float, total: float, tail: float) -> tuple[float, fl
     return low, high
 
 
-def band(inside: np.ndarray, open_: np.ndarray, replicate_size: int, confidence: float) -> tuple[float, float]:
+def band(inside: np.ndarray, open_: np.ndarray, sizes: np.ndarray | int, confidence: float) -> tuple[float, float]:
     """Bounds if some points of each replicate (R,) are inside and others are undecided: these may count or not."""
-    return interval(inside, replicate_size, confidence)[0], interval(inside + open_, replicate_size, confidence)[1]
+    return interval(inside, sizes, confidence)[0], interval(inside + open_, sizes, confidence)[1]

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from wucht.dynamics.sampling.distributions import REPLICATES, Indices
+from wucht.dynamics.sampling.arrangements import PREFIX, UNIFORM
+from wucht.dynamics.sampling.distributions import Indices, replicate_count
 from wucht.dynamics.sampling.ensemble_run import integration_note
 from wucht.dynamics.sampling.ensembles import MemberOutcomes
 from wucht.dynamics.sampling.random_runs import ProbabilityPoint, RandomRuns
@@ -19,7 +20,7 @@ from wucht.studies.answer import Answer
 Prepared = tuple[RandomRuns, list[float], np.ndarray, tuple[float, np.ndarray] | None, tuple[str, ...]]
 Cross = tuple[MemberOutcomes, Indices] | None  # runs of the sensitivity
 
-_MOST_FAILURES, _MOST_NAMED = 3, 6  # runs that failed; values without a probability
+_MOST_FAILURES, _MOST_NAMED = 3, 6  # runs that failed; values without a probability, and quantities of a run
 
 
 def state_probabilities(a: Answer, prepared: Prepared, points: Sequence[ProbabilityPoint]) -> None:
@@ -38,11 +39,14 @@ def state_probabilities(a: Answer, prepared: Prepared, points: Sequence[Probabil
         estimate = None if p.is_undecided else p.estimate
         row = {along.path: p.value, "estimate": estimate, "low": p.low, "high": p.high, "not_identified": p.open_share}
         rows.append({**row, "fractions": shares})
+        if p.impossible_share:
+            rows[-1] |= {"impossible": p.impossible_share}
         if p.is_undecided:
             rows[-1] |= {"advice": p.advice, "advised_time": p.needed_time}
         share = "not known" if estimate is None else f"{100 * estimate:.3g} %"
         open_clause = f", {percent(p.open_share)} without a verdict" if p.open_share else ""
-        a.line("" if k else "probability", f"{_place(runs, p.value)}: {share} ({_band(p)}){open_clause}")
+        rest_clause = f"; {percent(p.impossible_share)} of the runs cannot be made" if p.impossible_share else ""
+        a.line("" if k else "probability", f"{_place(runs, p.value)}: {share} ({_band(p)}){open_clause}{rest_clause}")
     a.number("probability", rows, "probability at each value", parts={
         along.path: (along.full_name, along.unit),
         "estimate": ("probability", ""),
@@ -50,6 +54,7 @@ def state_probabilities(a: Answer, prepared: Prepared, points: Sequence[Probabil
         "high": ("its upper bound", ""),
         "not_identified": ("share of runs without a verdict", ""),
         "fractions": ("shares of the runs by outcome", ""),
+        "impossible": ("share of the runs that cannot be made", ""),
         "advice": ("why no run has a verdict", ""),
         "advised_time": ("sufficient time of a run", a.unit("time")),
     })  # fmt: skip
@@ -66,6 +71,9 @@ def state_target(a: Answer, prepared: Prepared, points: Sequence[ProbabilityPoin
     if not known_points:
         count = sum(len(p.members.outcome) for p in points)
         values = f"{len(points)} values of {along.sentence_name}"
+        if not any(p.possible_count for p in points):
+            a.sentence = f"there is no probability: none of {count} runs at {values} can be made ({points[0].advice})"
+            return
         a.sentence = f"there is no probability: none of {count} runs at {values} has a verdict"
         return
     if target is not None and is_complete:
@@ -93,20 +101,27 @@ def _target_sentence(runs: RandomRuns, points: Sequence[ProbabilityPoint], targe
     return f"{sure} at least {target:g} {_ends(runs)} from {along.value_text(reached_value, 5)} on{note}"
 
 
-def state_runs(a: Answer, prepared: Prepared, points: Sequence[ProbabilityPoint], cross: Cross) -> None:
-    """State how many runs were made, the influence of each random quantity, and how long runs without a verdict must be."""
+def state_runs(a: Answer, prepared: Prepared, points: Sequence[ProbabilityPoint], cross: Cross, names: Sequence[str]) -> None:
+    """State how many runs were made, the influence of each random quantity, and how long runs without a verdict must be.
+
+    names: of the random quantities.
+    """
     runs, grid, samples, *_ = prepared
     search_count, missing = max(len(points) - len(grid), 0), sum(p.is_undecided for p in points)
     count = sum(len(p.members.outcome) for p in points) + (0 if cross is None else len(cross[0].outcome))
     size = a.number("samples", samples.shape[1], "number of runs at each value")
-    a.number("replicates", REPLICATES, "number of independent sets of random points")
+    a.number("replicates", replicate_count(samples.shape[1]), "number of independent sets of random points")
     a.number("searched", search_count, "number of values of the search")
     a.number("runs", count, "number of runs")
+    a.number("impossible", sum(len(p.members.outcome) - p.possible_count for p in points), "number of runs that cannot be made")
     a.number("values", [len(points) - search_count, len(grid)], "number of computed values, and of all")
     search_clause = f", {search_count} of them for the search" if search_count else ""
-    fewer = f"; fewer at {missing} of them, where none has a verdict" if count < size * len(points) else ""
+    incomplete = [p for p in points if len(p.members.outcome) < size]
+    fewer = f"; fewer at {missing} of them, where none has a verdict" if incomplete else ""
+    if any(not p.is_undecided for p in incomplete):
+        fewer = f"; fewer so far at {len(incomplete)} of them"
     a.line("runs", f"{count}: {size} at each of {len(points)} values{search_clause}{fewer}")
-    _state_sensitivity(a, prepared, cross)
+    _state_sensitivity(a, prepared, cross, names)
     longest = _longest_undecided(points)
     a.number("advice", longest and longest.advice, "advice, where all runs of a value are undecided")
     a.number("advised_time", longest and longest.needed_time, "sufficient time of a run", "time")
@@ -114,13 +129,13 @@ def state_runs(a: Answer, prepared: Prepared, points: Sequence[ProbabilityPoint]
     a.line("integrated", a.number("integration", integration_note(runs.question_at(grid[0])), "method of integration"))
 
 
-def _state_sensitivity(a: Answer, prepared: Prepared, cross: Cross) -> None:
+def _state_sensitivity(a: Answer, prepared: Prepared, cross: Cross, names: Sequence[str]) -> None:
     runs, _, _, sensitivity, _ = prepared
     what = "shares of the variance of the outcome, by random quantity"
     if cross is None or sensitivity is None:
         a.number("sensitivity", None, what)
         return
-    (members, sobol), names, at = cross, [v.name for v in runs.quantities], _place(runs, sensitivity[0])
+    (members, sobol), at = cross, _place(runs, sensitivity[0])
     off = f"uncertainty of the index {_level(runs)}"
     columns = {
         "first_order": (sobol.first, "first-order Sobol' index"),
@@ -128,7 +143,7 @@ def _state_sensitivity(a: Answer, prepared: Prepared, cross: Cross) -> None:
         "total": (sobol.total, "total Sobol' index"),
         "total_off": (sobol.total_off, off),
     }
-    a.curve("quantity", names, "random quantity")
+    a.curve("quantity", list(names), "random quantity")
     for key, (values, words) in columns.items():
         a.curve(key, values, words, "", "quantity")
     by_name = {name: {key: float(values[k]) for key, (values, _) in columns.items()} for k, name in enumerate(names)}
@@ -152,6 +167,13 @@ def warn(a: Answer, prepared: Prepared, points: Sequence[ProbabilityPoint], cros
     a.warn(*omissions)
     if (missing := len(grid) - len(points)) > 0:
         a.warn(f"{missing} of the {len(grid)} values of {along.sentence_name} are not computed yet")
+    if impossible := [p for p in points if p.impossible_share]:
+        worst = max(impossible, key=lambda p: p.impossible_share)
+        words = f"up to {percent(worst.impossible_share)} of the runs (at {along.value_text(worst.value, 5)}) cannot be made"
+        tracks = [f"{PREFIX}{track.name}" for track in runs.question.machine.tracks]
+        undrawn = [name for name in tracks if not any(v.name.startswith(f"{name}.") for v in runs.quantities)]
+        hint = f'; random = {{ "{undrawn[0]}" = "{UNIFORM}" }} draws arrangements in which no bodies overlap' if undrawn else ""
+        a.warn(f"{words}: they are left out, and the probability is that of the other ones{hint}")
     if undecided_points:
         a.warn(_undecided_in_words(a, runs, undecided_points))
     if sensitivity is not None and len(undecided_points) == len(points):
@@ -187,12 +209,17 @@ def _undecided_in_words(a: Answer, runs: RandomRuns, points: Sequence[Probabilit
 
 def _warn_of_failures(a: Answer, prepared: Prepared, points: Sequence[ProbabilityPoint], cross: Cross) -> None:
     runs, _, samples, sensitivity, _ = prepared
-    run_sets = [(p.value, p.members, samples[:, :: samples.shape[1] // len(p.members.outcome)]) for p in points]
+    columns = samples.reshape(len(samples), replicate_count(samples.shape[1]), -1)  # of a point those of its first runs
+    run_sets = [
+        (p.value, p.members, columns[:, :, : len(p.members.outcome) // columns.shape[1]].reshape(len(samples), -1))
+        for p in points
+    ]
     if cross is not None and sensitivity is not None:
         run_sets.append((sensitivity[0], cross[0], sensitivity[1]))
     failures = [(value, places[:, m], reason) for value, members, places in run_sets for m, reason in members.failures]
     for value, place, reason in failures[:_MOST_FAILURES]:
-        location = ", ".join(f"{v.name} = {x:.6g}" for v, x in zip(runs.quantities, place, strict=True))
+        values = [f"{v.name} = {x:.6g}" for v, x in zip(runs.quantities, place, strict=True)]
+        location = ", ".join(values[:_MOST_NAMED]) + (" and more" if len(values) > _MOST_NAMED else "")
         a.warn(f"the run at {runs.along.value_text(value, 5)}, {location} failed: {reason}")
     if len(failures) > _MOST_FAILURES:
         a.warn(f"{len(failures) - _MOST_FAILURES} more runs failed")

@@ -11,9 +11,11 @@ from pydantic import BeforeValidator, Field
 
 from wucht.dynamics.parameters import checked_range, parameter_of, values_of
 from wucht.dynamics.run_ups.initial_state import initial_state
-from wucht.dynamics.run_ups.run_variations import check_given_once, varied_quantity
+from wucht.dynamics.run_ups.run_variations import VariedQuantity, check_given_once, varied_quantity
+from wucht.dynamics.sampling.arrangements import PREFIX, UNIFORM, arranged_quantities, arrangement_of
 from wucht.dynamics.sampling.distributions import (
     REPLICATES,
+    JointDistribution,
     check_form,
     cross_samples,
     distribution_in_words,
@@ -21,6 +23,7 @@ from wucht.dynamics.sampling.distributions import (
     indices,
     library,
     points,
+    replicate_count,
     sample_values,
 )
 from wucht.dynamics.sampling.ensembles import EnsembleQuestion
@@ -42,7 +45,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-_FEWEST, _MOST, _MOST_POINTS = 4 * REPLICATES, 2**20, 1000
+_FEWEST, _MOST, _MOST_POINTS = 8, 2**20, 1000  # of the samples: fewer tell next to nothing
+_FEWEST_EVEN = 4 * REPLICATES  # fewer samples may be any number
 _SEARCH = 0.4  # runs of the search, as a share of the preceding ones
 
 
@@ -52,14 +56,22 @@ def _random(raw: Any) -> Any:
     return _distributions(raw)
 
 
-def _distributions(table: Mapping[str, Any], path: str = "") -> dict[str, dict[str, Any]]:
+Definition = dict[str, Any] | str  # a distribution, or UNIFORM of the bodies of a track
+
+
+def _distributions(table: Mapping[str, Any], path: str = "") -> dict[str, Definition]:
     """The distribution of each path: TOML reads ``drive.slope = {...}`` as a table within a table."""
-    distributions: dict[str, dict[str, Any]] = {}
+    distributions: dict[str, Definition] = {}
     for name, definition in table.items():
-        location = f"study.random.{path}{name}"
+        location, is_track = f"study.random.{path}{name}", f"{path}{name}".startswith(PREFIX)
+        if is_track and definition == UNIFORM:
+            distributions[f"{path}{name}"] = UNIFORM
+            continue
         if not isinstance(definition, Mapping):
-            raise InputError(location, definition, "must be a table: { uniform = [low, high] }, { normal = [mean, deviation] }")
-        inner = {k: v for k, v in definition.items() if isinstance(v, Mapping)}
+            forms = "{ uniform = [low, high] }, { normal = [mean, deviation] }"
+            track = f'; or "{UNIFORM}": any arrangement of the bodies of a track' if is_track else ""
+            raise InputError(location, definition, f"must be a table: {forms}{track}")
+        inner = {k: v for k, v in definition.items() if isinstance(v, Mapping) or f"{name}." == PREFIX}
         entries = {k: v for k, v in definition.items() if k not in inner}
         if entries or not inner:
             check_form(entries, location)
@@ -69,6 +81,12 @@ def _distributions(table: Mapping[str, Any], path: str = "") -> dict[str, dict[s
                 raise InputError(f"study.random.{longer}", one, "given twice")
             distributions[longer] = one
     return distributions
+
+
+def _definition_text(definition: Definition) -> str:
+    return (
+        f"{UNIFORM}: bodies without overlap, in any order" if isinstance(definition, str) else distribution_in_words(definition)
+    )
 
 
 def _outcomes(raw: Any) -> Any:
@@ -85,7 +103,7 @@ def _outcomes(raw: Any) -> Any:
 
 
 Random = Annotated[
-    dict[str, dict[str, Any]], BeforeValidator(_random), Field(description="random quantities with their distributions")
+    dict[str, Definition], BeforeValidator(_random), Field(description="random quantities with their distributions")
 ]
 Outcomes = Annotated[tuple[str, ...], BeforeValidator(_outcomes), Field(description="counted outcomes")]
 Between = Annotated[float, Field(gt=0, lt=1)]
@@ -109,11 +127,13 @@ class CaptureProbability(EnsembleStudy):
         description="{name = {distribution}}, independent of each other: start states as in `start` (`psi`, `delta`, "
         "a body's name or `BODY.angle`, `BODY.speed`, `carrier.x`) or paths of parameters. Distributions: "
         "`uniform = [low, high]`, `normal = [mean, deviation]`, `log-normal = [median, factor]`, "
-        "`triangular = [low, mode, high]`; `between = [low, high]` cuts a normal or log-normal one off"
+        "`triangular = [low, mode, high]`; `between = [low, high]` cuts a normal or log-normal one off. "
+        '`tracks.NAME = "uniform"`: all arrangements of the bodies of a track in which none overlap'
     )
     points: common.Whole = Field(default=11, description="number of values of the parameter, evenly spaced, with a probability")
     samples: common.Whole = Field(default=256, description=(
-        "number of runs at each value, a multiple of 16; best is a power of two, which Sobol' points need to fill evenly"
+        "number of runs at each value: 8 to 64, or a multiple of 16; best is a power of two from 64 on, which Sobol' points "
+        "need to fill evenly"
     ))  # fmt: skip
     outcome: Composite[Outcomes] = composite(default=tuple(map(str, RESONANCE_PASSED)), description=(
         "counted outcomes, by default that the machine passes its resonance: `compensated` or `passed`"
@@ -144,8 +164,9 @@ class CaptureProbability(EnsembleStudy):
         super().check()
         if not 2 <= self.points <= _MOST_POINTS:
             raise InputError("study.points", self.points, f"must be a whole number from 2 to {_MOST_POINTS}")
-        if not _FEWEST <= self.samples <= _MOST or self.samples % REPLICATES:
-            requirement = f"must be a multiple of {REPLICATES} from {_FEWEST} to {_MOST}, best a power of two"
+        if not _FEWEST <= self.samples <= _MOST or (self.samples > _FEWEST_EVEN and self.samples % REPLICATES):
+            even = f"a multiple of {REPLICATES} up to {_MOST}, best a power of two"
+            requirement = f"must be a whole number from {_FEWEST} to {_FEWEST_EVEN}, or {even}"
             raise InputError("study.samples", self.samples, requirement)
         if self.seed < 0:
             raise InputError("study.seed", self.seed, "must be a whole number, not below 0")
@@ -166,9 +187,9 @@ class CaptureProbability(EnsembleStudy):
                 raise InputError(
                     "study.sensitivity", True, "at least two random quantities are needed to compare them", code="too-few"
                 )
-            if not _FEWEST <= self.base <= _MOST or self.base & (self.base - 1):
+            if not _FEWEST_EVEN <= self.base <= _MOST or self.base & (self.base - 1):
                 key = "samples" if self.sensitivity_samples is None else "sensitivity_samples"
-                requirement = f"with a sensitivity this must be a power of two from {_FEWEST} to {_MOST}"
+                requirement = f"with a sensitivity this must be a power of two from {_FEWEST_EVEN} to {_MOST}"
                 raise InputError(f"study.{key}", self.base, requirement)
             return
         for key in ("at", "sensitivity_samples"):
@@ -179,11 +200,9 @@ class CaptureProbability(EnsembleStudy):
         """Return the runs, the values of the parameter, and the samples. Raises ``InputError``."""
         along = parameter_of(machine, self.along)
         low, high = checked_range(machine, along, self.range)
-        quantities = tuple(varied_quantity(machine, name, f"random.{name}") for name in self.random)
-        distributions = [
-            distribution_of(definition, v.quantity, f"study.random.{v.name}")
-            for v, definition in zip(quantities, self.random.values(), strict=True)
-        ]
+        joint = [self._drawn_together(machine, name) for name in self.random]
+        quantities = tuple(v for together, _ in joint for v in together)
+        distributions = [distribution for _, distribution in joint]
         initial_state(machine, self.start)
         check_given_once(quantities, self.start, "random", "another random quantity")
         samples = sample_values(distributions, points(self.samples, len(quantities), self.seed).reshape(-1, len(quantities)))
@@ -191,7 +210,8 @@ class CaptureProbability(EnsembleStudy):
         if self.sensitivity and self.at is not None:
             library()
             (at,) = values_of(machine, along, (self.at,), "at")
-            sensitivity = at, sample_values(distributions, cross_samples(self.base, len(quantities), self.seed))
+            dimensions = [distribution.dimensions for distribution in distributions]
+            sensitivity = at, sample_values(distributions, cross_samples(self.base, len(joint), self.seed, dimensions))
         parameters = {k: v.name for k, v in enumerate(quantities) if v.state is None}
         for one in (samples, *(() if sensitivity is None else sensitivity[1:])):
             for k, name in parameters.items():
@@ -202,11 +222,19 @@ class CaptureProbability(EnsembleStudy):
         runs = RandomRuns(question, along, quantities, self.start, self.outcome, self.confidence)
         grid = np.linspace(low, high, self.points).tolist()
         warnings = runs.omissions((grid[0], grid[-1]), samples)
-        if self.samples & (self.samples - 1):
+        if replicate_count(self.samples) < self.samples and self.samples & (self.samples - 1):
             even = 2 ** int(np.log2(self.samples))
             number = f"samples = {self.samples} is not a power of two"
             warnings = (*warnings, f"{number}: Sobol' points fill the space evenly with {even} or {2 * even}")
         return runs, grid, samples, sensitivity, warnings
+
+    def _drawn_together(self, machine: Machine, name: str) -> tuple[tuple[VariedQuantity, ...], JointDistribution]:
+        """Return the quantities of a random one, and how they are distributed. Raises ``InputError``."""
+        definition, location = self.random[name], f"study.random.{name}"
+        if isinstance(definition, str):
+            return arranged_quantities(machine, name), arrangement_of(machine, name, location)
+        v = varied_quantity(machine, name, f"random.{name}")
+        return (v,), distribution_of(definition, v.quantity, location)
 
     def _refuse_forbidden_values(self, machine: Machine, name: str, values: np.ndarray) -> None:
         for value in (float(values.min()), float(values.max())):
@@ -223,8 +251,8 @@ class CaptureProbability(EnsembleStudy):
         first, search, last = self._shares_of_work(len(grid), 0 if sensitivity is None else sensitivity[1].shape[1])
         done = list[ProbabilityPoint]()
         part = work.part("values", 0.0, first)
-        for k, value in enumerate(grid):
-            done.append(runs.point(value, samples, part.part(f"{k}", k / len(grid), (k + 1) / len(grid))))
+        for so_far in runs.points(grid, samples, part):
+            done = list(so_far)
             yield Answer(machine.units, partial(self._state, prepared=prepared, done=tuple(done)))
         begin, number = first, 0
         while self.probability is not None and (at := next_sample_value(done, self.probability)) is not None:
@@ -236,7 +264,7 @@ class CaptureProbability(EnsembleStudy):
         if sensitivity is not None and not all(p.is_undecided for p in done):
             members = runs.outcomes(*sensitivity, work.part("sensitivity", search, last))
             inside, open_ = members.has_outcome(self.outcome), members.has_outcome(OPEN_OUTCOMES)
-            cross = members, indices(inside, open_, len(runs.quantities), self.confidence, self.seed)
+            cross = members, indices(inside, open_, len(self.random), self.confidence, self.seed)
         work.report(1.0)
         yield Answer(machine.units, partial(self._state, prepared=prepared, done=tuple(done), cross=cross))
 
@@ -255,11 +283,11 @@ class CaptureProbability(EnsembleStudy):
         a.number("outcome", list(self.outcome), "counted outcomes")
         a.number("confidence", self.confidence, "confidence of the bounds")
         state_probabilities(a, prepared, done)
-        distributions = {name: distribution_in_words(definition) for name, definition in self.random.items()}
+        distributions = {name: _definition_text(definition) for name, definition in self.random.items()}
         for k, (name, words) in enumerate(a.number("random", distributions, "random quantities").items()):
             a.line("" if k else "random", "{name} {words}", name=name, words=words)
         state_target(a, prepared, done, self.probability)
-        state_runs(a, prepared, done, cross)
+        state_runs(a, prepared, done, cross, tuple(self.random))
         warn(a, prepared, done, cross)
 
     def draw(self, result: xr.Dataset) -> Figure:
