@@ -45,6 +45,7 @@ coefficient = "2e-4 N m s^2"
 """
 
 
+@pytest.mark.slow
 def test_a_fan_is_answered_in_one_report(wucht: Command, here: Path) -> None:
     Path("fan.toml").write_text(FAN, encoding="utf-8")
     done = wucht("answer", "fan.toml", "--json")
@@ -76,6 +77,7 @@ def test_the_question_of_the_file_comes_first_and_settings_hold_for_all(wucht: C
         assert result.wucht.machine["parameters"]["impeller.unbalance"] == 1e-3, kind
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_figures")
 def test_resume_keeps_what_is_complete(wucht: Command, here: Path) -> None:
     Path("fan.toml").write_text(FAN, encoding="utf-8")

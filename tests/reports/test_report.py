@@ -148,6 +148,7 @@ def test_many_results_begin_with_the_answers_and_tell_the_machine_once(
     assert "Report on" not in page.text and f"<h1>{loaded[0].title}" in text
 
 
+@pytest.mark.slow
 def test_one_among_results_of_another_machine_has_its_own_drawing(
     wucht: Command, here: Path, of_one_machine: list[Path], results: Path
 ) -> None:
@@ -157,6 +158,7 @@ def test_one_among_results_of_another_machine_has_its_own_drawing(
     assert "Report on 3 results" in page.text
 
 
+@pytest.mark.slow
 def test_candidates_that_were_not_chosen_are_left_out_unless_all_is_asked_for(
     wucht: Command, here: Path, results: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -117,6 +117,7 @@ def test_a_whole_cache_folder_of_somebody_else(here: Path, owner: Path, crafted:
     assert run(me, owner / "study.toml", "again")[1] == []
 
 
+@pytest.mark.slow
 def test_who_has_the_key_can_run_programs(here: Path, owner: Path, crafted: bytes) -> None:
     """So that the test above can fail: a machine code that is authenticated is loaded, whatever it does."""
     me = here / "me"

@@ -32,6 +32,7 @@ def test_the_error_of_a_task_is_that_of_the_study(tmp_path: Path) -> None:
         wucht.run(TiledSquares(count=2, lasts=-1.0), tmp_path, processes=2)
 
 
+@pytest.mark.slow
 def test_an_interrupted_study_is_resumed_by_processes(tmp_path: Path) -> None:
     def stop(share: float, _label: str) -> None:
         if share > 0.3:

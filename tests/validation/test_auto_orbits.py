@@ -217,6 +217,7 @@ def test_dissertation_stability_of_the_rotating_orbit() -> None:
     assert lost.kind == "branch-point" and lost.parameter == pytest.approx(3.0800128, abs=5e-8)
 
 
+@pytest.mark.slow
 def test_dissertation_the_orbit_lives_between_both_folds() -> None:
     """u1* = 1.8331080, u2* = 5.8710372: the period grows as one over a square root of what is left."""
     _, _, cycles, points = dissertation()

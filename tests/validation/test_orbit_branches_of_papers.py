@@ -53,6 +53,7 @@ def test_both_ends_of_table_5_1_are_saddle_nodes_on_the_orbit(name: str) -> None
         assert law["residual"] < end["laws"]["connection"]["residual"] / 10
 
 
+@pytest.mark.slow
 def test_delta_of_figure_5_7() -> None:
     """The exponent of delta by phi, and where it passes zero."""
     summary = answer("5.7")

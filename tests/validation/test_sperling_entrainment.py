@@ -56,6 +56,7 @@ def test_the_full_equations_have_nearly_that_band(own_answer: tuple[xr.Dataset, 
     assert s["existence_band_full"] != pytest.approx(s["existence_band"], rel=1e-5)
 
 
+@pytest.mark.slow
 def test_the_phases_of_equation_22_and_their_stability_24(own_answer: tuple[xr.Dataset, dict[str, Any]]) -> None:
     dataset, _ = own_answer
     phase, partial = dataset.phase.sel(body="rotor").values, dataset.value.values
@@ -126,6 +127,7 @@ def test_the_threshold_of_sustained_rotation() -> None:
     assert s["phase_slow"] == pytest.approx(-math.asin(3.1831 / 5), abs=1e-5)
 
 
+@pytest.mark.slow
 def test_rotation_against_the_drive() -> None:
     """The motor would turn the other way: the torque of vibration must carry k_1 (Omega + 1 1/s)."""
     machine = load_machine("sperling-vibration/against-the-drive")
@@ -138,6 +140,7 @@ def test_rotation_against_the_drive() -> None:
     assert s["existence_band"][0] < low < -1 < high < s["existence_band"][1]  # beyond, it turns with its drive at -Omega
 
 
+@pytest.mark.slow
 def test_a_motor_of_constant_torque() -> None:
     """(15) with L in place of k_1 Omega_1: entrained for |L - k_1 Omega| < f_1 x_0/2, k_1 the bearing's damping."""
     rotor = {"kind": "rotor", "name": "rotor", "mass": 0.1, "eccentricity": 0.01, "inertia": INERTIA, "bearing_damping": SLOPE}

@@ -197,12 +197,14 @@ def test_swings_that_a_motor_feeds_have_no_verdict_while_they_change(weak: xr.Da
     assert 2 <= len(ends) < 6 and s["rotor_outcomes"] == weak.wucht.summary["rotor_outcomes"]
 
 
+@pytest.mark.slow
 def test_motors_of_a_third_of_the_power_never_start() -> None:
     s = run(RunUp(), screen(power="1 kW")).wucht.summary
     assert s["outcome"] == "not-started" and s["rotor_outcomes"] == {"e1": "not-started", "e2": "not-started"}
     assert s["bearing_life"] == s["equivalent_bearing_loads"] == {"e1": None, "e2": None}
 
 
+@pytest.mark.slow
 def test_from_another_start_the_verdict_stays_with_a_warning() -> None:
     result = run(RunUp(start={"e1": 0.0, "e2": 0.0}), screen())
     assert result.attrs["outcome"] == "synchronised" and "start_state" not in result.wucht.summary

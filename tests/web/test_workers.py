@@ -149,6 +149,7 @@ def test_a_run_for_which_the_memory_does_not_suffice_is_refused(workers: Workers
     assert "memory" in workers.verdict(study)["error"]
 
 
+@pytest.mark.slow
 def test_no_module_is_imported_from_the_folder(tmp_path: Path) -> None:
     """A file of the folder that is called as a library must not be run."""
     for name in ("numpy", "sympy", "json", "wucht"):

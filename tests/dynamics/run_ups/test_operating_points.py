@@ -156,6 +156,7 @@ def test_the_start_selects_the_nearest_configuration() -> None:
 # --- senses and shafts ---
 
 
+@pytest.mark.slow
 def test_a_clockwise_machine_is_the_mirror_image() -> None:
     deck = random_deck(2, 2)
     first, second = (run(TorqueBalance(), machine_from(d)) for d in (deck, mirrored(deck)))

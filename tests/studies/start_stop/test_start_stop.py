@@ -194,6 +194,7 @@ def test_two_rotors_that_turn_against_each_other() -> None:
     assert any("shaft of a and b, whose torque alone is known" in statement for statement in result.wucht.assumed)
 
 
+@pytest.mark.slow
 def test_schedules_end_at_the_switch_off(cycle: Any) -> None:
     rotor = {"kind": "rotor", "name": "fan", "mass": 20.0, "eccentricity": 1e-3, "inertia": 0.1}
     drive = {"kind": "linear", "on": "fan", "slope": 0.2, "no_load_speed": 150.0}

@@ -60,6 +60,7 @@ def test_both_ways_are_stored(both: xr.Dataset) -> None:
         assert ((ramp.min_speed <= ramp.speed) & (ramp.speed <= ramp.max_speed)).all()
 
 
+@pytest.mark.slow
 def test_the_summary_is_read_off_ramps_and_jumps(both: xr.Dataset) -> None:
     s = both.wucht.summary
     assert s["peak_amplitude"] == both.amplitude.max() and s["energy_residual"] == both.energy_residual.max()
