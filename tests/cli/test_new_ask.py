@@ -50,7 +50,6 @@ def dialog(*answers: str, file: Sequence[str] = ()) -> tuple[int, str]:
 OUTCOMES = {"screen": "synchronised", "drum": "compensated", "fan": "passed", "rig": "balancer-captured"}
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("no_figures")
 @pytest.mark.parametrize(
     ("purpose", "outcome"),
