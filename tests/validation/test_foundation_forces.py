@@ -37,11 +37,11 @@ def test_isolation_of_one_mount(damping_ratio: float, speed: float) -> None:
     assert summary["transmissibility"] == pytest.approx(share, rel=1e-9)
     assert (share < 1) is (ratio > math.sqrt(2))
     exciting = UNBALANCE * summary["operating_speed"] ** 2
-    assert summary["foundation_forces"] == {"carrier": {"y": pytest.approx(share * exciting, rel=1e-9)}}
+    assert summary["foundation_force_amplitudes"] == {"carrier": {"y": pytest.approx(share * exciting, rel=1e-9)}}
     if not damping_ratio:
         assert share == pytest.approx(1 / (ratio**2 - 1))
         force = MASS * FREQUENCY**2 * summary["operating_amplitude"]  # k x
-        assert summary["foundation_forces"]["carrier"]["y"] == pytest.approx(force, rel=1e-9)
+        assert summary["foundation_force_amplitudes"]["carrier"]["y"] == pytest.approx(force, rel=1e-9)
 
 
 def test_static_deflection_is_that_of_the_natural_frequency() -> None:
@@ -73,9 +73,9 @@ def test_mounts_bear_the_whole_weight_and_its_moment(of_run: Any) -> None:
 def test_the_run_ends_with_the_forces_of_the_closed_form(of_run: Any) -> None:
     steady = run(Response(), load_machine(SCREEN)).wucht.summary
     assert of_run["transmissibility"] == pytest.approx(steady["transmissibility"], rel=0.03)
-    for mount, forces in steady["foundation_forces"].items():
+    for mount, forces in steady["foundation_force_amplitudes"].items():
         for way, force in forces.items():
-            assert of_run["foundation_forces"][mount][way] == pytest.approx(force, rel=0.05)
+            assert of_run["foundation_force_amplitudes"][mount][way] == pytest.approx(force, rel=0.05)
             assert of_run["peak_foundation_forces"][mount][way] > force
 
 
@@ -106,7 +106,7 @@ def test_a_foundation_of_its_own_takes_its_share() -> None:
     )
     summary, w = result.wucht.summary, result.wucht.summary["operating_speed"]
     below = result.displacement_amplitude.sel(direction="foundation").interp(speed=w)
-    assert summary["foundation_forces"]["carrier"]["y"] == pytest.approx(3e5 * float(below), rel=1e-4)
+    assert summary["foundation_force_amplitudes"]["carrier"]["y"] == pytest.approx(3e5 * float(below), rel=1e-4)
 
 
 def test_friction_dampers_and_buffers_are_supports_of_their_own() -> None:
@@ -123,13 +123,13 @@ def test_forces_at_rest_are_no_vibration() -> None:
     carrier = {"directions": "xy", "mass": 90.0, "stiffness": 4e4, "damping": 400.0, "gravity": G}
     drive = {"on": "fan", "kind": "linear", "slope": 10.0, "no_load_speed": 100.0}
     summary = run(RunUp(until=3.0), machine_from({"carrier": carrier, "bodies": [rotor], "drives": [drive]})).wucht.summary
-    assert summary["foundation_forces"] == summary["peak_foundation_forces"] == {"carrier": {"x": 0.0, "y": 0.0}}
+    assert summary["foundation_force_amplitudes"] == summary["peak_foundation_forces"] == {"carrier": {"x": 0.0, "y": 0.0}}
     assert summary["transmissibility"] is None
     assert summary["static_foundation_forces"]["carrier"]["y"] == pytest.approx(-MASS * G)
 
 
 def test_machines_without_weight_or_supports_state_no_static_loads() -> None:
     weightless = run(Response(), block(0.1, 60.0, gravity=0.0)).wucht.summary
-    assert "foundation_forces" in weightless and "static_deflection" not in weightless
+    assert "foundation_force_amplitudes" in weightless and "static_deflection" not in weightless
     laval = run(Response(range=(0.1, 3.0)), load_machine("drozdetskaya-2020/table-5.1")).wucht.summary
-    assert "foundation_forces" not in laval
+    assert "foundation_force_amplitudes" not in laval

@@ -61,14 +61,14 @@ def test_load_in_operation_and_over_the_start() -> None:
     machine = fan(inertia, RATED)
     summary = run(RunUp(until=6.0), machine).wucht.summary
     assert summary["final_speed"] == pytest.approx(PLATE["speed"], rel=1e-6)
-    assert summary["motor_torque_share"]["fan"] == pytest.approx(1.0, rel=1e-5)
+    assert summary["motor_load"]["fan"] == pytest.approx(1.0, rel=1e-5)
     assert summary["motor_power_share"]["fan"] == pytest.approx(1.0, rel=1e-5)
     torque, heat = start_of(machine, inertia, RATED, summary["settling_time"])
     assert summary["starting_rms_torque"]["fan"] == pytest.approx(torque, rel=2e-3)
     assert summary["starting_rms_share"]["fan"] == pytest.approx(torque / RATED, rel=2e-3)
     assert summary["starting_heat"]["fan"] == pytest.approx(heat, rel=2e-3)
     balance = run(TorqueBalance(), machine).wucht.summary
-    assert balance["motor_torque_share"]["fan"] == pytest.approx(1.0, rel=1e-5)
+    assert balance["motor_load"]["fan"] == pytest.approx(1.0, rel=1e-5)
 
 
 def test_behind_a_belt_the_motor_has_its_own_torque() -> None:
@@ -76,7 +76,7 @@ def test_behind_a_belt_the_motor_has_its_own_torque() -> None:
     belt = fan(0.5, 2 * RATED * 4, transmission={"ratio": 2.0})
     summary = run(RunUp(until=8.0), belt).wucht.summary
     assert summary["final_speed"] == pytest.approx(PLATE["speed"] / 2, rel=1e-6)
-    assert summary["motor_torque_share"]["fan"] == pytest.approx(1.0, rel=1e-5)
+    assert summary["motor_load"]["fan"] == pytest.approx(1.0, rel=1e-5)
     assert summary["motor_power_share"]["fan"] == pytest.approx(1.0, rel=1e-5)
 
 
@@ -108,7 +108,7 @@ def test_a_schedule_of_the_supply_leaves_the_current_out() -> None:
     machine = fan(0.5, RATED)
     scheduled = machine.with_fields(schedules=schedules_of([ramp], machine.parameters, machine.parts, "s"))
     summary = run(RunUp(until=6.0), scheduled).wucht.summary
-    assert summary["motor_torque_share"]["fan"] == pytest.approx(1.0, rel=0.01)
+    assert summary["motor_load"]["fan"] == pytest.approx(1.0, rel=0.01)
     assert "starting_heat" not in summary
 
 
@@ -124,5 +124,5 @@ def test_a_motor_that_does_not_start_has_no_start() -> None:
     )
     summary = run(RunUp(until=5.0), held).wucht.summary
     assert summary["outcome"] == "not-started"
-    assert summary["motor_torque_share"]["fan"] > 1
+    assert summary["motor_load"]["fan"] > 1
     assert not [key for key in summary if key.startswith(("starting_rms", "starting_heat", "trip"))]

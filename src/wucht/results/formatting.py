@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     pass
 
+_ATOM = 1e-11  # m: a length that is less is none
 _FEW = 10  # rpm: lower speeds with decimals
 _DIGITS = re.compile(r"\.(\d+)g")
 _LONG, _LARGE = 1e4, 1e7  # numbers from the first on have separators of thousands, from the second on an exponent
@@ -97,6 +98,8 @@ def _speed(value: float) -> str:
 
 
 def _length(value: float) -> str:
+    if abs(value) < _ATOM:
+        return "0 µm"
     return f"{value * 1e3:.4g} mm" if abs(value) >= 1e-5 else f"{value * 1e6:.3g} µm"
 
 

@@ -14,6 +14,9 @@ from wucht.studies.next_question import NextQuestion
 _START = NextQuestion("does it start, and in which state does it end?", {"study.kind": "run-up"})
 _BALANCE = NextQuestion("at which speeds do motor, load and vibration balance?", {"study.kind": "torque-balance"})
 _RESPONSE = NextQuestion("how does it vibrate over the speed?", {"study.kind": "response"})
+_RESPONSE_HELD = NextQuestion(  # of balancers that compensate it there would be none
+    "how would it vibrate over the speed if its balancers did not move?", {"study.kind": "response", "study.bodies": "held"}
+)
 _CYCLE = NextQuestion("what does a start and stop cost?", {"study.kind": "start-stop"})
 _COAST_DOWN = NextQuestion("what happens when it is switched off?", {"study.kind": "coast-down"})
 _STATES = NextQuestion("in which phases can it run?", {"study.kind": "synchronous-states"})
@@ -26,7 +29,7 @@ QUESTIONS: Mapping[Purpose, tuple[NextQuestion, ...]] = {
         _DIP,
     ),
     Purpose.DRUM: (
-        _START, _BALANCE, _RESPONSE, _STATES, _CYCLE,
+        _START, _BALANCE, _RESPONSE_HELD, _STATES, _CYCLE,
         NextQuestion(
             "how likely do its balancers compensate, from any angle at the start?",
             {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from wucht.analysis.foundation_forces import SupportDirection
@@ -31,12 +32,27 @@ def state_foundation_loads(a: Answer, static: StaticLoads | None, loads: Foundat
         return
     in_operation = "amplitude of the force of each support on the foundation at the end, along x and y"
     at_most = "largest force of each support on the foundation in the whole run, beyond that at rest, along x and y"
-    a.number("foundation_forces", forces_by_support(loads.amplitudes), in_operation, "N")
+    a.number("foundation_forces", _forces_of_supports(static, loads), "force of each support on the foundation", "N")
+    a.number("foundation_force_amplitudes", forces_by_support(loads.amplitudes), in_operation, "N")
     a.number("peak_foundation_forces", forces_by_support(loads.peaks), at_most, "N")
     a.number("transmissibility", loads.transmissibility, f"{TRANSMISSIBILITY[0]} at the end")
     key = max(loads.peaks, key=lambda key: loads.peaks[key])
     text = f"\u00b1{force_text(loads.amplitudes[key])} in operation, \u00b1{force_text(loads.peaks[key])} at most in the run"
     a.line("foundation", "{forces}", forces=f"{_place(key, loads.peaks)}: {_at_rest_in_words(key, static)}{text}{mark}")
+
+
+def _forces_of_supports(static: StaticLoads | None, loads: FoundationLoads) -> dict[str, dict[str, float | None]]:
+    """Return the force at rest, the amplitude in operation and the largest force of each support, along x or y."""
+    of_each = [forces_by_support(f) for f in (loads.amplitudes, loads.peaks)]
+    rest = {} if static is None else forces_by_support(static.forces)
+    return {
+        support: {
+            "static": math.hypot(*rest[support].values()) if support in rest else None,
+            "dynamic": max(of_each[0][support].values()),
+            "largest": max(of_each[1][support].values()),
+        }
+        for support in of_each[0]
+    }
 
 
 def state_largest_forces(a: Answer, way: str, static: StaticLoads | None, peaks: Mapping[SupportDirection, float]) -> None:

@@ -16,7 +16,7 @@ def state_motor_loads(a: Answer, loads: Mapping[str, MotorLoad], mark: str = "")
     if not loads:
         return
     torques, powers = ({on: getattr(load, name) for on, load in loads.items()} for name in ("torque_share", "power_share"))
-    a.number("motor_torque_share", torques, "mean torque of each motor at the end over its rated one")
+    a.number("motor_load", torques, "mean torque of each motor at the end over its rated one")
     a.number("motor_power_share", powers, "mean power of each motor at the end over its rated one")
     first = sorted(loads, key=lambda on: -torques[on])[:_MOST]
     in_operation = ", ".join(f"{on} {100 * torques[on]:.3g} %" for on in loads if on in first)
@@ -48,7 +48,7 @@ def state_motor_shares(a: Answer, machine: Machine, rotor: str, speed: float | N
     motors = [] if speed is None else [d for d in machine.drives if d.on == rotor]
     shares = {d.on: share for d in motors if (share := torque_share(machine, d, speed or 0.0)) is not None}
     if len(motors) == 1 and shares:
-        share = a.number("motor_torque_share", shares, "torque of the motor at the operating speed over its rated one")[rotor]
+        share = a.number("motor_load", shares, "torque of the motor at the operating speed over its rated one")[rotor]
         a.line("motor", f"{100 * share:.3g} % of the rated torque at the fastest stable working point")
 
 

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from wucht.machines.parts.base import SI, si
 from wucht.machines.parts.nameplate import Nameplate
-from wucht.machines.parts.support import format_pair, is_negative, map_components, tuned_damping
+from wucht.machines.parts.support import format_pair, is_negative, tuned_damping
 from wucht.schema import TableModel, Unit, is_pairs
 
 GRAVITY = 9.80665  # m/s^2, standard: 3rd CGPM (1901); under which springs deflect where the file gives none
@@ -109,7 +109,7 @@ class EqualMounts(Nameplate):
         return tuple((x + length * float(share), y) for share in np.linspace(-0.5, 0.5, self.count or 2))
 
     def mounts(self, mass: float, gravity: float) -> tuple[Mount, ...]:
-        """Return a mount for each place. mass: of all that the springs carry, in kg. gravity: in m/s^2."""
+        """Return the mounts, place after place. mass: of all that the springs carry, in kg. gravity: in m/s^2."""
         count, places = self.count or len(self.places), self.places
         stiffness, damping = self.stiffness, self.damping
         if self.static_deflection is not None:
@@ -118,10 +118,8 @@ class EqualMounts(Nameplate):
         if self.damping_ratio is not None and stiffness is not None:
             damping = tuned_damping(mass / count, stiffness, self.damping_ratio)
         one_mount = {"stiffness": stiffness, "damping": damping}
-        at_place = {
-            k: map_components(lambda v: v * count / len(places), value) for k, value in one_mount.items() if value is not None
-        }
-        return tuple(Mount(at=place, **at_place) for place in places)
+        values = {key: value for key, value in one_mount.items() if value is not None}
+        return tuple(Mount(at=place, **values) for place in places for _ in range(count // len(places)))
 
     def note(self, mass: float, gravity: float) -> str:
         """Return stiffness and damping of one mount, as far as they follow from other values, as text."""
@@ -133,8 +131,5 @@ class EqualMounts(Nameplate):
         if not origins:
             return ""
         count, first = self.count or len(self.places), self.mounts(mass, gravity)[0]
-        stiffness, damping = (
-            format_pair(map_components(lambda v: v * len(self.places) / count, value or 0.0))
-            for value in (first.stiffness, first.damping)
-        )
+        stiffness, damping = (format_pair(value or 0.0) for value in (first.stiffness, first.damping))
         return f"{count} mounts, each with stiffness {stiffness} N/m, damping {damping} N s/m: {'; '.join(origins)}"

@@ -73,7 +73,7 @@ def state_record(a: Answer, drive: CamDrive, left_out: Mapping[OmittedOrder, flo
     if speed.index is None and not has_zero:
         a.warn(
             f"The record has no index pulse: cam angle zero is taken to be at {fit.origin:.6g} s. The phase of the speed "
-            "against the cam matters; the line 'left if' states the effect of one degree."
+            "against the cam matters; the first line 'deviation' states the effect of one degree."
         )
     for one in fit.notable():
         if one.order not in _WARNED_ORDERS and one.amplitude > max(_ERRORS * one.error, _MATTERS * fit.speed.mean):

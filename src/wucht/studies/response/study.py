@@ -351,7 +351,7 @@ def _state_operation(a: Answer, machine: Machine, operation: Sequence[Operation]
     if fastest is not None and fastest.foundation is not None:
         a.number("transmissibility", fastest.foundation.transmissibility, f"{TRANSMISSIBILITY[0]}, there")
         in_operation = "amplitude of the force of each support on the foundation there, along x and y"
-        a.number("foundation_forces", forces_by_support(fastest.foundation.amplitudes), in_operation, "N")
+        a.number("foundation_force_amplitudes", forces_by_support(fastest.foundation.amplitudes), in_operation, "N")
         state_static_loads(a, machine)
 
 

@@ -28,7 +28,7 @@ from wucht.studies.answer import Answer
 from wucht.studies.motion_variables import envelopes, motion_quantities
 from wucht.studies.run_up.vibration_answer import Mark, state_loads_of_run, state_vibration, verdict_window
 from wucht.studies.starting_variables import start_warnings, state_starting_torques
-from wucht.studies.synchronisation_variables import margin_in_words, synchronisation_columns
+from wucht.studies.synchronisation_variables import COLUMN, margin_in_words, synchronisation_columns
 
 _KEYS = ("free_speed", "peak_amplitude")  # variables that are keys of the summary
 _FEWEST_A_TURN = 8
@@ -225,9 +225,10 @@ def _state_margin(a: Answer, machine: Machine, verdict: Verdict) -> None:
         return
     margin = SynchronisationMargin.of(machine, float(speeds.mean()), verdict.locking.phases)
     if margin is not None:
-        for name, ((value,), words, *unit) in synchronisation_columns([margin]).items():
-            a.number(name, value, words, *unit)
-        a.line("synchronism", margin_in_words(margin))
+        with a.group("synchronisation", "synchronism of the exciters"):
+            for name, ((value,), words, *unit) in synchronisation_columns([margin]).items():
+                a.number(name.removeprefix(COLUMN), value, words, *unit)
+            a.line("synchronism", margin_in_words(margin, before=""))
 
 
 def _tell_end(a: Answer, verdict: Verdict, depth: float | None, mark: Mark) -> None:

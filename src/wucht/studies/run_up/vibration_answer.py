@@ -94,12 +94,12 @@ def state_loads_of_run(
     machine, moving, verdict = motion.case.machine, motion.machine_motion, motion.verdict
     at_end = machine.at(motion.trajectory.end_time)
     static, on_foundation = state_static_loads(a, at_end), FoundationLoads.of(at_end, moving, verdict, noise)
-    state_foundation_loads(a, static, on_foundation, mark("foundation_forces", "peak_foundation_forces"))
+    state_foundation_loads(a, static, on_foundation, mark("foundation_force_amplitudes", "peak_foundation_forces"))
     lives, loads = lives_at_end(machine, moving, verdict.window), loads_at_end(machine, moving, verdict.window)
     state_lives(a, lives, mark("bearing_life", "equivalent_bearing_loads"))
     start_end = verdict.settling_time if verdict.evidence.turning else None
     of_motors = motor_loads(machine, moving, verdict.window, start_end)
-    state_motor_loads(a, of_motors, mark("motor_torque_share", "starting_rms_share"))
+    state_motor_loads(a, of_motors, mark("motor_load", "starting_rms_share"))
     is_shown = bool(lives) or (len(loads) > 1 and vibration is not None and vibration.is_worth_telling(None))
     of_loads = mark("steady_bearing_forces", "bearing_forces", "peak_bearing_forces")
     state_loads(a, {name: load.beyond(noise) for name, load in loads.items()}, is_shown, of_loads)

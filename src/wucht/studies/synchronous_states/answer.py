@@ -225,5 +225,5 @@ def _name_counts(states: Sequence[Configuration]) -> str:
     names = [f"{n} ({counts[n]})" if counts[n] > 1 else n for n in NAMES if n in counts]
     without_name = [c for c in states if not c.name]
     if len(without_name) == 1:
-        return ", ".join([*names, _angles(without_name[0], 0)])
+        return ", ".join([*names, _angles(without_name[0], 1)])
     return ", ".join([*names, *([f"{len(without_name)} {'others' if names else 'of them'}"] if without_name else [])])
