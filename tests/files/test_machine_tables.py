@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from wucht import Machine, load_machine, parts
@@ -75,6 +75,8 @@ _VALUES = st.recursive(
 )
 
 
+# The first text on a machine builds Hypothesis' table of Unicode, which takes longer than it allows for a draw.
+@settings(suppress_health_check=[HealthCheck.too_slow])
 @given(st.dictionaries(_TEXT, _VALUES, max_size=4))
 def test_any_document_reads_back(document: dict[str, object]) -> None:
     assert tomllib.loads(toml_text(document)) == document

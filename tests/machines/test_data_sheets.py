@@ -295,6 +295,8 @@ def test_the_damping_of_balls_in_oil_is_told_once_and_can_be_set():
     assert machine_from(with_settings(document, {"b.oil.viscosity": "1 Pa s"})).values["b1.damping"] == pytest.approx(
         0.09535, abs=1e-5
     )
+    one = machine_from(with_settings(document, {"b3.oil.viscosity": "1 Pa s"})).values
+    assert (one["b1.damping"], one["b3.damping"]) == (pytest.approx(0.04767, abs=1e-5), pytest.approx(0.09535, abs=1e-5))
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Mapping
 from dataclasses import replace
@@ -134,5 +135,5 @@ def _expand_group(description: Document, location: str) -> list[Document]:
         explanation = f"must be at most {int(2 * math.pi / width)}: more do not fit on the track"
         raise InputError(f"{location}.count", equal.count, explanation, code="limits")
     if body.track is not None and "start" not in equal.model_fields_set:  # a track spaces its bodies evenly, unless they hang
-        return [one | {"name": f"{body.name}{k}"} for k in range(1, equal.count + 1)]
-    return [one | {"name": f"{body.name}{k}", "start": angle} for k, angle in enumerate(equal.angles(width), 1)]
+        return [copy.deepcopy(one) | {"name": f"{body.name}{k}"} for k in range(1, equal.count + 1)]
+    return [copy.deepcopy(one) | {"name": f"{body.name}{k}", "start": angle} for k, angle in enumerate(equal.angles(width), 1)]
