@@ -11,6 +11,7 @@ import numpy as np
 from wucht.cams.cam import Cam
 from wucht.cams.laws import Law
 from wucht.cams.shape import COMMON
+from wucht.cams.tables.motion_law import MotionLaw
 from wucht.plots.cam_drawings import LAW_NAMES, PER_ANGLE
 from wucht.studies.answer import Answer
 
@@ -35,6 +36,15 @@ CURVES: Mapping[str, tuple[str, str, Callable[[Cam, np.ndarray], np.ndarray]]] =
     "uncut": ("margin against undercut, 0 at an edge", "", lambda cam, phi: cam.undercut(phi)),
     "pressure_angle": ("pressure angle", "rad", lambda cam, phi: cam.pressure_angle(phi)),
 }
+
+
+def warn_of_jumps(a: Answer, law: MotionLaw) -> None:
+    """Warn of a law whose acceleration jumps."""
+    if law.jump:
+        a.warn(
+            f"the acceleration jumps {law.jump_places}, and the jerk has no bound there: suitable for slow shafts only; "
+            "polynomial and sine laws have no jumps"
+        )
 
 
 def state_law(a: Answer, law: Law, angles: np.ndarray, what: str, unit: str) -> None:

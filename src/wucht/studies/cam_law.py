@@ -21,7 +21,7 @@ from wucht.plots.style import COLOURS, GREY
 from wucht.results.formatting import number_text, with_unit
 from wucht.results.report import answer_in_print
 from wucht.studies.answer import Answer
-from wucht.studies.cam_answers import state_law
+from wucht.studies.cam_answers import state_law, warn_of_jumps
 from wucht.studies.key_types import Whole
 from wucht.studies.next_question import NextQuestion
 from wucht.studies.study import Study
@@ -117,11 +117,8 @@ def _state_sizes(a: Answer, law: MotionLaw, attained_ranges: np.ndarray) -> None
     )
     for name in LAW_NAMES[1:]:
         a.line(name, f"at most {{peaks.{name}}}")
-    if a.number("acceleration_jumps", law.jump, "largest jump of the acceleration", f"{law.unit}{PER_ANGLE[2]}"):
-        a.warn(
-            f"the acceleration jumps {law.jump_places}, and the jerk has no bound there: suitable for slow shafts only; "
-            "polynomial and sine laws have no jumps"
-        )
+    a.number("acceleration_jumps", law.jump, "largest jump of the acceleration", f"{law.unit}{PER_ANGLE[2]}")
+    warn_of_jumps(a, law)
     rise = None if law.rise is None else dict(zip(LAW_NAMES[1:], law.rise.tolist(), strict=True))
     a.number("rise", rise, "largest values of a rise of 1 over an arc of 1")
     a.line("rise", "of 1 over an arc of 1: Cv = {rise.velocity:.5g}, Ca = {rise.acceleration:.5g}, Cj = {rise.jerk:.5g}")

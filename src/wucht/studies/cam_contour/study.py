@@ -25,7 +25,7 @@ from wucht.errors import InputError, RunError
 from wucht.numerics.fourier_series import FourierSeries
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
-from wucht.studies.cam_answers import CURVES, state_cam_curves, state_motion
+from wucht.studies.cam_answers import CURVES, state_cam_curves, state_motion, warn_of_jumps
 from wucht.studies.cam_contour import answer
 from wucht.studies.cam_contour.export import write_workshop
 from wucht.studies.cam_contour.figure import draw_contour
@@ -182,6 +182,7 @@ class CamContour(Study):
             history, dense_history = self._contact(contact, cams.cams, angles)
         elif contact is not None:
             a.warn("no contact forces: part of the contour is cut away, so that the follower does not move by its law")
+        warn_of_jumps(a, drive.motion_law)
         answer.state_contact_curves(a, cams.cams, angles, history)
         for name, law, unit in (("output", cams.law, drive.motion_law.unit), ("follower", cams.follower_law, lever_unit)):
             state_motion(a, name, (law(angles, order) for order in range(3)), name, unit)

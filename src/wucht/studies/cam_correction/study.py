@@ -24,7 +24,7 @@ from wucht.dynamics.work import Work
 from wucht.numerics.fourier_series import FourierSeries, even_angles
 from wucht.schema import SI, Composite, composite, si
 from wucht.studies.answer import Answer
-from wucht.studies.cam_answers import state_motion
+from wucht.studies.cam_answers import state_motion, warn_of_jumps
 from wucht.studies.cam_correction import answer, record_answer
 from wucht.studies.cam_correction.figure import draw_correction
 from wucht.studies.cam_workshop import check_points, drive_of, file_lines, mill_points, write_files
@@ -126,6 +126,7 @@ class CamCorrection(Study):
         a.curve("cam_angle", angles, "cam angle", "rad")
         a.curve("order", np.arange(1, shown_count + 1), "order")
         a.curve("cam", np.array(list(after), dtype=str), "cam")
+        warn_of_jumps(a, drive.motion_law)
         answer.state_shaft(a, shaft, tau)
         accelerations = answer.state_motions_over_time(a, motions, law, tau, unit)
         a.curve("residual", list(of_conditions), "deviation from the assumptions of the cam")
