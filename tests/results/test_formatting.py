@@ -14,6 +14,7 @@ from wucht.results.formatting import (
     number_text,
     percent,
     round_numbers,
+    rpm_first,
     units_in_print,
     with_unit,
 )
@@ -177,6 +178,20 @@ def test_numbers_of_machines_have_units_of_the_trade_and_no_exponents(value: flo
 def test_counts_in_a_format_have_no_exponents_either() -> None:
     assert number_text(11740.2, "", ".4g") == "11,740"
     assert number_text(11740.2, "", ".2e") == "1.17e+04"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("at no-load speed = 104.72 rad/s rising", "at no-load speed = 1000 rpm (104.72 rad/s) rising"),
+        ("from 80 to 160 rad/s", "from 80 to 160 rad/s"),
+        ("rate = 0.5 rad/s^2", "rate = 0.5 rad/s^2"),
+        ("rate = 0.5 rad/s per s", "rate = 0.5 rad/s per s"),
+        ("k = 104.72 rad/s (1000 rpm)", "k = 1000 rpm (104.72 rad/s)"),
+    ],
+)
+def test_values_in_rad_a_second_begin_with_rpm(text: str, words: str) -> None:
+    assert rpm_first(text) == words
 
 
 @pytest.mark.parametrize(

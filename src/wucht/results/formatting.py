@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 _ATOM = 1e-11  # m: a length that is less is none
 _FEW = 10  # rpm: lower speeds with decimals
+_VALUE = re.compile(r"= (-?[\d.]+(?:e[+-]\d+)?) rad/s(?! \(|\^|/| per)")
 _DIGITS = re.compile(r"\.(\d+)g")
 _LONG, _LARGE = 1e4, 1e7  # numbers from the first on have separators of thousands, from the second on an exponent
 _SPEED = re.compile(r"(-?[\d.]+(?:e[+-]\d+)?) rad/s \((-?[\d.]+(?:e[+-]\d+)?) rpm\)")
@@ -45,8 +46,12 @@ def decimal_text(value: float, digits: int = 4) -> str:
 
 
 def rpm_first(text: str) -> str:
-    """A text whose speeds begin with revolutions per minute: ``1205 rpm (126.14 rad/s)`` for 126.14 rad/s (1205 rpm)."""
-    return _SPEED.sub(r"\2 rpm (\1 rad/s)", text)
+    """A text whose speeds begin with revolutions per minute: ``1205 rpm (126.14 rad/s)`` for 126.14 rad/s (1205 rpm).
+
+    So do values of parameters that the text states in rad/s alone, ``= 126.14 rad/s``.
+    """
+    swapped = _SPEED.sub(r"\2 rpm (\1 rad/s)", text)
+    return _VALUE.sub(lambda value: f"= {float(value[1]) * 30 / math.pi:.5g} rpm ({value[1]} rad/s)", swapped)
 
 
 def percent(share: float, off: float = 0.0) -> str:
