@@ -51,7 +51,7 @@ def test_a_fan_is_answered_in_one_report(wucht: Command, here: Path) -> None:
     done = wucht("answer", "fan.toml", "--json")
     assert done.code == 0, done.err
     document = done.document
-    answered = ["run-up", "torque-balance", "response", "start-stop", "coast-down"]
+    answered = ["run-up", "torque-balance", "response", "start-stop"]
     assert list(document["summary"]) == answered
     assert "voltage" in document["left_out"]["voltage-dip"], "its drive has no voltage that could dip"
     assert document["summary"]["run-up"]["outcome"] == "passed"
@@ -61,7 +61,7 @@ def test_a_fan_is_answered_in_one_report(wucht: Command, here: Path) -> None:
     report = Path(document["files"][0])
     assert report == Path("results/fan/report.html")
     page = report.read_text(encoding="utf-8")
-    assert [f'href="#r{k}"' in page for k in range(1, 7)] == [True] * 5 + [False]
+    assert [f'href="#r{k}"' in page for k in range(1, 7)] == [True] * 4 + [False] * 2
     assert page.count("drawing of A fan") == 1
     assert all(Path(f"results/fan/{kind}/result.nc").is_file() for kind in answered)
 
@@ -103,7 +103,7 @@ def test_one_that_fails_does_not_stop_the_others(wucht: Command, here: Path, mon
     Path("fan.toml").write_text(FAN, encoding="utf-8")
     done = wucht("answer", "fan.toml", "-o", "out")
     assert done.code == 1
-    assert "wucht: 1 of 6 questions failed: torque-balance: the integration stopped at t = 1 s" in done.err
+    assert "wucht: 1 of 5 questions failed: torque-balance: the integration stopped at t = 1 s" in done.err
     assert "  torque-balance       failed: the integration stopped" in done.out
     assert Path("out/report.html").is_file() and Path("out/response/result.nc").is_file()
     error = wucht("answer", "fan.toml", "-o", "out", "--json").document
@@ -129,7 +129,7 @@ def test_ctrl_c_leaves_a_report_of_what_there_is(here: Path) -> None:
     completed = subprocess.run(
         [PROGRAM, "answer", "fan.toml", "-o", "out", "--resume", "--json"], capture_output=True, text=True, check=True
     )
-    assert len(json.loads(completed.stdout)["summary"]) == 5
+    assert len(json.loads(completed.stdout)["summary"]) == 4
 
 
 PURPOSES = {
@@ -155,7 +155,7 @@ def test_a_purpose_that_a_file_states_holds_also_for_a_file_that_uses_it(wucht: 
     Path("using.toml").write_text('[machine]\nuse = "machine.toml"\n', encoding="utf-8")
     Path("other.toml").write_text('[machine]\nuse = "machine.toml"\npurpose = "fan"\n', encoding="utf-8")
     assert "speed-curve" in wucht("answer", "using.toml", "--json", "-o", "rig").document["summary"]
-    assert "coast-down" in wucht("answer", "other.toml", "--json", "-o", "fan").document["summary"]
+    assert "speed-curve" not in wucht("answer", "other.toml", "--json", "-o", "fan").document["summary"]
 
 
 def test_bad_input(refused: Refused, here: Path) -> None:

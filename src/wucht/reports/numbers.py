@@ -24,7 +24,7 @@ _FEW_ROWS, _IN_COLUMNS, _SHORT = (
     90,
 )  # of a brief chapter: rows of a table, those of one in columns, letters of a cell there
 _MOST_NUMBERS = 6  # of a list in a cell
-_HEADLINES = 3  # of a result on the first page
+_HEADLINES = 4  # of a result on the first page
 
 
 def main_numbers(accessor: ResultAccessor) -> str:

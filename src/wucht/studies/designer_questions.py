@@ -18,7 +18,6 @@ _RESPONSE_HELD = NextQuestion(  # of balancers that compensate it there would be
     "how would it vibrate over the speed if its balancers did not move?", {"study.kind": "response", "study.bodies": "held"}
 )
 _CYCLE = NextQuestion("what does a start and stop cost?", {"study.kind": "start-stop"})
-_COAST_DOWN = NextQuestion("what happens when it is switched off?", {"study.kind": "coast-down"})
 _STATES = NextQuestion("in which phases can it run?", {"study.kind": "synchronous-states"})
 _DIP = NextQuestion("which power failure does it survive?", {"study.kind": "voltage-dip", "study.depth": "1"})
 
@@ -40,7 +39,7 @@ QUESTIONS: Mapping[Purpose, tuple[NextQuestion, ...]] = {
             },
         ),
     ),
-    Purpose.FAN: (_START, _BALANCE, _RESPONSE, _CYCLE, _COAST_DOWN, _DIP),
+    Purpose.FAN: (_START, _BALANCE, _RESPONSE, _CYCLE, _DIP),
     Purpose.RIG: (
         _START, _BALANCE, _RESPONSE,
         NextQuestion(

@@ -175,7 +175,8 @@ def _state_end(
     a.number("max_amplitude", greatest, "greatest amplitude of the axis at the end", length)
     a.number("amplitude_unit", length, "unit of amplitudes")
     a.number("final_phases", verdict.phases, "mean phases of the bodies relative to their rotor at the end", "rad")
-    a.number("final_residual_unbalance", residual, "residual share of the rotor's unbalance", headline=True)
+    of_balancers = bool(verdict.phases)
+    a.number("final_residual_unbalance", residual, "residual share of the rotor's unbalance", headline=of_balancers)
     a.number("settling_time", verdict.settling_time, "time until the speed has settled", "time", headline=True)
     of_amplitude = "time after which the amplitude has settled"
     a.number("amplitude_settling_time", verdict.amplitude_settling_time, of_amplitude, "time")
