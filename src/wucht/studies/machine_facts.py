@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import sympy as sp
+
 from wucht.machines.machine import Machine
 from wucht.machines.parts.base import Drive
+from wucht.machines.parts.nameplate import InductionNameplate
 
 # What makes a drive of each kind larger.
 _SIZES = {
@@ -56,7 +59,8 @@ def motors_that_start(subject: Any, summary: Mapping[str, Any]) -> dict[str, str
     Returns
     -------
     dict of str to str, or None
-        For a motor by its nameplate the next preferred power (IEC 60072-1) with the torques in proportion. None where every
+        For a motor by its nameplate the next preferred power (IEC 60072-1) with the torques in proportion; where the nameplate
+        does not state its starting torque, and the typical one is enough, that. None where every
         drive lifts them, or one of them cannot be made larger in this way.
     """
     torques, weights, loads = (summary.get(key) or {} for key in ("starting_torque", "weight_moment", "load_torque"))
@@ -76,7 +80,10 @@ def motors_that_start(subject: Any, summary: Mapping[str, Any]) -> dict[str, str
 
 def _larger_motor(machine: Machine, drive: Drive, factor: float) -> dict[str, str] | None:
     plate = getattr(drive, "nameplate", None)
-    if plate is not None and drive.kind == "induction":
+    if isinstance(plate, InductionNameplate):
+        typical_torque, standstill_torque = plate.typical.starting * plate.torque, abs(drive.number(drive.torque(sp.S.Zero)))
+        if plate.starting_torque_ratio is None and typical_torque >= factor * standstill_torque:
+            return {f"{drive.path}.nameplate.starting_torque_ratio": f"{plate.typical.starting:.2g}"}
         power = next((one for one in _POWERS if one * 1e3 >= factor * plate.power), None)
         return None if power is None else {f"{drive.path}.nameplate.power": f"{power:g} kW"}
     if drive.kind not in _PROPORTIONAL:
