@@ -114,7 +114,7 @@ def test_what_must_be_positive(spec: Any, key: str) -> None:
         (CaptureProbability, "probability", (0.001, 0.999), (0.0, 1.0)),
         (CaptureProbability, "confidence", (0.001, 0.999), (0.0, 1.0)),
         (CaptureProbability, "seed", (0, 5), (-1,)),
-        (CaptureProbability, "samples", (64, 80, 2**20), (48, 72, 2**20 + 16)),
+        (CaptureProbability, "samples", (8, 48, 64, 80, 2**20), (7, 72, 2**20 + 16)),
         (ExciterDesign, "spread", (0.0, 0.999), (-0.001, 1.0)),
         (FailureDetection, "after", (0.0, 99.0), (-0.001, 100.0)),
         (LoadSpectrum, "after", (0.0, 7.999), (-0.001, 8.0)),
