@@ -50,8 +50,8 @@ def rpm_first(text: str) -> str:
 
     So do values of parameters that the text states in rad/s alone, ``= 126.14 rad/s``.
     """
-    swapped = _SPEED.sub(r"\2 rpm (\1 rad/s)", text)
-    return _VALUE.sub(lambda value: f"= {float(value[1]) * 30 / math.pi:.5g} rpm ({value[1]} rad/s)", swapped)
+    rpm_text = _SPEED.sub(r"\2 rpm (\1 rad/s)", text)
+    return _VALUE.sub(lambda value: f"= {float(value[1]) * 30 / math.pi:.5g} rpm ({value[1]} rad/s)", rpm_text)
 
 
 def percent(share: float, off: float = 0.0) -> str:
